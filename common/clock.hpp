@@ -9,13 +9,16 @@ namespace beckon {
 // Microseconds since the Unix epoch, as in every message.
 using Utime = std::int64_t;
 
-constexpr Utime UtimeFromSeconds(double seconds) { return static_cast<Utime>(seconds * 1e6 + (seconds < 0 ? -0.5 : 0.5)); }
+constexpr Utime UtimeFromSeconds(double seconds) {
+  return static_cast<Utime>(seconds * 1e6 + (seconds < 0 ? -0.5 : 0.5));
+}
 constexpr double SecondsFromUtime(Utime utime) { return static_cast<double>(utime) * 1e-6; }
 
-// One moment on both clocks. The wall clock dates measurements and can be compared between hosts, but
-// may be stepped at any time. The steady clock never jumps: ages and timeouts are measured on it.
+// One moment on both clocks. The wall clock dates measurements and can be compared between hosts,
+// but may be stepped at any time. The steady clock never jumps: ages and timeouts are measured on
+// it.
 struct Instant {
-  Utime utime = 0;                    // wall clock
+  Utime utime = 0;                     // wall clock
   std::chrono::microseconds steady{};  // since an arbitrary start
 };
 
@@ -30,7 +33,8 @@ class SystemClock : public Clock {
   Instant Now() const override;
 };
 
-// A clock that stands still until it is told otherwise, for tests and for running faster than real time.
+// A clock that stands still until it is told otherwise, for tests and for running faster than real
+// time.
 class ManualClock : public Clock {
  public:
   explicit ManualClock(Utime start_utime = 1'700'000'000'000'000) { now_.utime = start_utime; }

@@ -1,5 +1,5 @@
-// Strict reading of TOML files: every key that is not asked for is an error, and every error names file,
-// line and key.
+// Strict reading of TOML files: every key that is not asked for is an error, and every error names
+// file, line and key.
 //
 //   ConfigFile file("deploy/robots/example.toml");
 //   ConfigTable& table = file.Table("navigator");
@@ -46,7 +46,8 @@ class ConfigTable {
   void Optional(const std::string& key, std::vector<double>& value, std::size_t size);
   void Optional(const std::string& key, std::vector<std::string>& value);
   // One of `names`.
-  void OptionalChoice(const std::string& key, std::string& value, const std::vector<std::string>& names);
+  void OptionalChoice(const std::string& key, std::string& value,
+                      const std::vector<std::string>& names);
   // A path; relative ones start from the folder that the file is in.
   void OptionalPath(const std::string& key, std::filesystem::path& value);
 

@@ -11,7 +11,8 @@
 
 namespace beckon {
 
-// Something is wrong with a file that a person wrote or recorded. The text starts with "FILE:LINE: ".
+// Something is wrong with a file that a person wrote or recorded. The text starts with "FILE:LINE:
+// ".
 class FileError : public std::runtime_error {
  public:
   FileError(const std::filesystem::path& file, int line, const std::string& what);
@@ -24,8 +25,8 @@ class CsvReader {
  public:
   CsvReader(const std::filesystem::path& file, const std::vector<std::string>& columns);
 
-  // Advances to the next row; false at the end of the file. Blank lines are passed over. Throws when a
-  // row has another number of fields than the header.
+  // Advances to the next row; false at the end of the file. Blank lines are passed over. Throws
+  // when a row has another number of fields than the header.
   bool Next();
 
   const std::string& Text(std::size_t column) const;

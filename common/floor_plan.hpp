@@ -2,8 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "common/grid.hpp"
@@ -32,17 +32,19 @@ struct FloorPlan {
   std::vector<Polygon> obstacles;  // not walkable inside
   std::optional<MapImage> image;
 
-  // Whether a point is in the area, inside the outline, outside all obstacles and free in the image.
+  // Whether a point is in the area, inside the outline, outside all obstacles and free in the
+  // image.
   bool IsFree(const Eigen::Vector2d& point) const;
 
-  // 255 in cells whose centre is free and that no wall passes through, else 0. CV_8UC1, height x width.
+  // 255 in cells whose centre is free and that no wall passes through, else 0. CV_8UC1, height x
+  // width.
   cv::Mat FreeMask(const GridGeometry& grid) const;
 
   // All straight faces: walls, edges of the outline and of the obstacles. Not the area's border.
   std::vector<Wall> Faces() const;
 
-  // Distance from `from` along `bearing_rad` (map frame) to the nearest face; infinity where there is none
-  // within `max_range_m`. The map image counts, walked at its own resolution.
+  // Distance from `from` along `bearing_rad` (map frame) to the nearest face; infinity where there
+  // is none within `max_range_m`. The map image counts, walked at its own resolution.
   double CastRay(const Eigen::Vector2d& from, double bearing_rad, double max_range_m) const;
 };
 

@@ -1,8 +1,9 @@
 // Frames and planar poses.
 //
-// Robot frame: x forward, y left, z up, origin on the ground below the camera. Map frame: that of the
-// site file. Odometry frame: starts anywhere and drifts. Poses are named a_from_b: `map_from_robot` takes
-// robot coordinates to map coordinates, and map_from_robot * robot_from_camera == map_from_camera.
+// Robot frame: x forward, y left, z up, origin on the ground below the camera. Map frame: that of
+// the site file. Odometry frame: starts anywhere and drifts. Poses are named a_from_b:
+// `map_from_robot` takes robot coordinates to map coordinates, and map_from_robot *
+// robot_from_camera == map_from_camera.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,8 +19,12 @@ inline double WrapAngle(double angle_rad) {
   return wrapped;
 }
 
-inline constexpr double RadiansFromDegrees(double degrees) { return degrees * std::numbers::pi / 180.0; }
-inline constexpr double DegreesFromRadians(double radians) { return radians * 180.0 / std::numbers::pi; }
+inline constexpr double RadiansFromDegrees(double degrees) {
+  return degrees * std::numbers::pi / 180.0;
+}
+inline constexpr double DegreesFromRadians(double radians) {
+  return radians * 180.0 / std::numbers::pi;
+}
 
 // A rigid motion of the plane, SE(2).
 struct Pose2 {

@@ -13,8 +13,8 @@ enum GroundLabel : std::uint8_t { kUndetermined = 0, kGround = 1, kNotGround = 2
 // `labels`: CV_8UC1, values 0 to 3. Throws std::invalid_argument otherwise.
 std::vector<std::uint8_t> EncodeLabels(const cv::Mat& labels);
 
-// Throws std::invalid_argument when the runs do not fill width x height exactly, or are cut short, or when
-// the size is not between 1 x 1 and 16384 x 16384.
+// Throws std::invalid_argument when the runs do not fill width x height exactly, or are cut short,
+// or when the size is not between 1 x 1 and 16384 x 16384.
 cv::Mat DecodeLabels(std::span<const std::uint8_t> runs, int width, int height);
 
 }  // namespace beckon

@@ -1,5 +1,5 @@
-// Logging to stderr, one line an event, with time, level and program name. A thin front of spdlog, so that
-// its templates are compiled once.
+// Logging to stderr, one line an event, with time, level and program name. A thin front of spdlog,
+// so that its templates are compiled once.
 #pragma once
 
 #include <string>

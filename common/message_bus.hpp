@@ -1,16 +1,19 @@
 // LCM with the guards that its generated code lacks, in one place.
 //
-// A payload with a valid fingerprint but a bad array count makes generated decode functions throw or ask for
-// gigabytes. Here a message is accepted only when it decodes without an exception and to its last byte; the
-// rest is counted and reported. The service runtime caps the address space as well.
+// A payload with a valid fingerprint but a bad array count makes generated decode functions throw
+// or ask for gigabytes. Here a message is accepted only when it decodes without an exception and to
+// its last byte; the rest is counted and reported. The service runtime caps the address space as
+// well.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
 #include <functional>
 #include <lcm/lcm-cpp.hpp>
+#include <limits>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -35,27 +38,28 @@ bool DecodeExactly(const void* data, std::size_t size, T& message) {
 class MessageBus {
  public:
   struct Counts {
-    std::int64_t received = 0;   // accepted and handed to a handler
-    std::int64_t refused = 0;    // not decodable, or a handler threw over its content
-    std::int64_t dropped = 0;    // replaced by a newer one before it was looked at
+    std::int64_t received = 0;  // accepted and handed to a handler
+    std::int64_t refused = 0;   // not decodable, or a handler threw over its content
+    std::int64_t dropped = 0;   // replaced by a newer one before it was looked at
     std::int64_t published = 0;
   };
 
-  // Any LCM URL: udpm://, memq://, file://. Throws std::runtime_error where LCM cannot be opened, with
-  // what to do about it.
+  // Any LCM URL: udpm://, memq://, file://. Throws std::runtime_error where LCM cannot be opened,
+  // with what to do about it.
   explicit MessageBus(const std::string& url);
   ~MessageBus();
   MessageBus(const MessageBus&) = delete;
   MessageBus& operator=(const MessageBus&) = delete;
 
-  // Every message in the order of arrival. A handler refuses a message that is well-formed but makes no
-  // sense by throwing std::invalid_argument.
+  // Every message in the order of arrival. A handler refuses a message that is well-formed but
+  // makes no sense by throwing std::invalid_argument.
   template <typename T>
   void Subscribe(const std::string& channel, std::function<void(const T&)> handler) {
     Add(channel, false, Decoder<T>(channel, std::move(handler)));
   }
 
-  // Only the newest message that has arrived when the process has time for it: for state and images.
+  // Only the newest message that has arrived when the process has time for it: for state and
+  // images.
   template <typename T>
   void SubscribeLatest(const std::string& channel, std::function<void(const T&)> handler) {
     Add(channel, true, Decoder<T>(channel, std::move(handler)));
@@ -69,12 +73,17 @@ class MessageBus {
     PublishBytes(channel, buffer);
   }
 
-  // Waits up to `timeout` for messages, hands on all that have arrived, and returns whether there were
-  // any. Throws std::runtime_error when LCM itself fails; at the end of a file:// log, ended() is true.
+  // Waits up to `timeout` for messages, hands on all that have arrived, and returns whether there
+  // were any. Throws std::runtime_error when LCM itself fails; at the end of a file:// log, ended()
+  // is true.
   bool Dispatch(std::chrono::milliseconds timeout);
   bool ended() const { return ended_; }
 
   Counts counts() const;
+
+  // Time spent in handlers since the last call of this function, ms: what a turn of the loop cost
+  // without the time it waited.
+  float TakeBusyMs();
 
  private:
   struct Subscription;
@@ -91,8 +100,9 @@ class MessageBus {
       try {
         handler(message);
         return true;
-      } catch (const std::invalid_argument& error) {
-        Report(channel, error.what());
+      } catch (const std::exception& error) {
+        // No exception may pass through LCM's C code, and no message may end a service.
+        Report(channel, std::string("refused: ") + error.what());
         return false;
       }
     };
@@ -108,6 +118,7 @@ class MessageBus {
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
   bool is_log_ = false;
   bool ended_ = false;
+  std::chrono::steady_clock::duration busy_{};
   struct Counters;
   std::unique_ptr<Counters> counters_;
 };

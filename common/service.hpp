@@ -1,16 +1,17 @@
-// What every service has in common: command line, configuration, logging, message loop, timers, HEALTH,
-// watchdog, and a clean end on SIGTERM.
+// What every service has in common: command line, configuration, logging, message loop, timers,
+// HEALTH, watchdog, and a clean end on SIGTERM.
 //
 //   int main(int argc, char** argv) {
-//     return beckon::RunService(argc, argv, kAbout, ReadOptions, [](Service& service, const Options& options) {
+//     return beckon::RunService(argc, argv, kAbout, ReadOptions, [](Service& service, const
+//     Options& options) {
 //       RangeCaster caster(options);
-//       service.bus().SubscribeLatest<ground_t>(channels::kGround, [&](const ground_t& ground) { ... });
-//       service.Run();
+//       service.bus().SubscribeLatest<ground_t>(channels::kGround, [&](const ground_t& ground) {
+//       ... }); service.Run();
 //     });
 //   }
 //
-// Exit codes: 0 after SIGTERM or SIGINT, 2 for a bad command line or configuration, 70 (EX_SOFTWARE) when
-// the watchdog found the message loop hung.
+// Exit codes: 0 after SIGTERM or SIGINT, 2 for a bad command line or configuration, 70
+// (EX_SOFTWARE) when the watchdog found the message loop hung.
 #pragma once
 
 #include <chrono>
@@ -39,8 +40,8 @@ class Service {
   virtual MessageBus& bus() = 0;
   virtual const Clock& clock() const = 0;
 
-  // Calls `task` from the message loop, first at once and then every `period`. A turn that comes too late
-  // is passed over, not made up for.
+  // Calls `task` from the message loop, first at once and then every `period`. A turn that comes
+  // too late is passed over, not made up for.
   virtual void Every(std::chrono::milliseconds period, std::function<void(Instant)> task) = 0;
 
   // State for HEALTH until the next call. Safe to call from any thread. Changes are logged.
@@ -63,7 +64,8 @@ int RunServiceImpl(int argc, char** argv, const ServiceAbout& about,
                    const std::function<void(Service&)>& run);
 }  // namespace internal
 
-// `read` takes what the service needs from the configuration; `run` wires it and calls service.Run().
+// `read` takes what the service needs from the configuration; `run` wires it and calls
+// service.Run().
 template <typename Options>
 int RunService(int argc, char** argv, const ServiceAbout& about, Options (*read)(ConfigFile&),
                void (*run)(Service&, const Options&)) {

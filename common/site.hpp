@@ -1,5 +1,5 @@
-// A site folder: floor plan, beacons, and recorded readings with truth (formats: site.toml, calibration.csv,
-// readings.csv, truth.csv).
+// A site folder: floor plan, beacons, and recorded readings with truth (formats: site.toml,
+// calibration.csv, readings.csv, truth.csv).
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +24,8 @@ struct Site {
   double tag_height_m = 1.0;
   double window_s = 2.0;  // readings older than this do not belong to an epoch
 
-  // Reads FOLDER/site.toml and the map image it names. Throws ConfigError, naming file, line and key.
+  // Reads FOLDER/site.toml and the map image it names. Throws ConfigError, naming file, line and
+  // key.
   static Site Load(const std::filesystem::path& folder);
 
   // Index into `beacons`, -1 for one that the site does not declare.
@@ -51,7 +52,8 @@ struct TruthEpoch {
 
 // Each throws FileError, naming file and line; a beacon that the site does not declare is an error.
 std::vector<Reading> LoadReadings(const std::filesystem::path& file, const Site& site);
-std::vector<CalibrationReading> LoadCalibration(const std::filesystem::path& file, const Site& site);
+std::vector<CalibrationReading> LoadCalibration(const std::filesystem::path& file,
+                                                const Site& site);
 std::vector<TruthEpoch> LoadTruth(const std::filesystem::path& file);
 
 }  // namespace beckon

@@ -1,9 +1,9 @@
 // A program of ours, run as a user would run it.
 #pragma once
 
+#include <sys/types.h>
 #include <chrono>
 #include <string>
-#include <sys/types.h>
 #include <vector>
 
 #include "tests/support/support.hpp"
@@ -22,12 +22,14 @@ class Process {
   pid_t pid() const { return pid_; }
   void Signal(int signal) const;
   bool IsRunning();
-  // Exit code, 128 + signal for one that was killed, -1 when it does not end in time (it is then killed).
+  // Exit code, 128 + signal for one that was killed, -1 when it does not end in time (it is then
+  // killed).
   int WaitForExit(std::chrono::milliseconds timeout = std::chrono::seconds(10));
   // All that it wrote so far.
   std::string Output() const;
   // True as soon as its output holds the text.
-  bool WaitForOutput(const std::string& text, std::chrono::milliseconds timeout = std::chrono::seconds(10)) const;
+  bool WaitForOutput(const std::string& text,
+                     std::chrono::milliseconds timeout = std::chrono::seconds(10)) const;
 
  private:
   TempDir directory_;

@@ -30,10 +30,11 @@ class TempDir {
 // The repository.
 std::filesystem::path SourceDir();
 
-// The recorded data beside the checkout, ../shared/data, or $BECKON_DATA; empty where there is none.
-// Tests that need it: `if (SharedData().empty()) GTEST_SKIP() << kNoSharedData;`
+// The recorded data beside the checkout, ../shared/data, or $BECKON_DATA; empty where there is
+// none. Tests that need it: `if (SharedData().empty()) GTEST_SKIP() << kNoSharedData;`
 std::filesystem::path SharedData();
-inline constexpr char kNoSharedData[] = "no recorded data beside the checkout (../shared/data or $BECKON_DATA)";
+inline constexpr char kNoSharedData[] =
+    "no recorded data beside the checkout (../shared/data or $BECKON_DATA)";
 
 // Lets LCM work until `done` says so; false when it does not within the timeout.
 bool DispatchUntil(MessageBus& bus, const std::function<bool()>& done,
