@@ -12,11 +12,6 @@
 namespace beckon {
 namespace {
 
-// Readings outside are no radio's: 0 dBm is what a tag in the hand of the transmitter would give,
-// and no receiver hears below the thermal noise of its band.
-constexpr double kMaxRssiDbm = 20.0;
-constexpr double kMinRssiDbm = -140.0;
-
 void CheckPolygon(ConfigTable& table, const std::string& key, const Polygon& polygon) {
   if (polygon.size() < 3) table.Fail(key, "a polygon needs three points");
 }
@@ -75,11 +70,34 @@ Reading ReadReading(const CsvReader& csv, const Site& site) {
   if (site.BeaconIndex(reading.beacon) < 0) {
     csv.Fail("beacon '" + reading.beacon + "' is not declared in the site file");
   }
-  if (reading.rssi_dbm > kMaxRssiDbm || reading.rssi_dbm < kMinRssiDbm) {
-    csv.Fail("rssi_dbm has to be between -140 and 20, it is " + csv.Text(3));
-  }
   return reading;
 }
+
+// Real receivers now and then report a power that cannot be. Such a row is no reason to refuse a
+// recording of an hour, but it is told.
+class ImpossiblePowers {
+ public:
+  explicit ImpossiblePowers(std::filesystem::path file) : file_(std::move(file)) {}
+  ~ImpossiblePowers() {
+    if (count_ == 0) return;
+    LogWarning(file_.string() + ":" + std::to_string(first_line_) +
+               ": rssi_dbm is outside -140 to 20; " + std::to_string(count_) +
+               " such rows passed over");
+  }
+  ImpossiblePowers(const ImpossiblePowers&) = delete;
+  ImpossiblePowers& operator=(const ImpossiblePowers&) = delete;
+
+  bool Holds(double rssi_dbm, int line) {
+    if (rssi_dbm >= kMinRssiDbm && rssi_dbm <= kMaxRssiDbm) return false;
+    if (count_++ == 0) first_line_ = line;
+    return true;
+  }
+
+ private:
+  std::filesystem::path file_;
+  int count_ = 0;
+  int first_line_ = 0;
+};
 
 }  // namespace
 
@@ -120,7 +138,11 @@ int Site::BeaconIndex(const std::string& id) const {
 std::vector<Reading> LoadReadings(const std::filesystem::path& file, const Site& site) {
   CsvReader csv(file, {"utime", "tag", "beacon", "rssi_dbm"});
   std::vector<Reading> readings;
-  while (csv.Next()) readings.push_back(ReadReading(csv, site));
+  ImpossiblePowers impossible(file);
+  while (csv.Next()) {
+    Reading reading = ReadReading(csv, site);
+    if (!impossible.Holds(reading.rssi_dbm, csv.line())) readings.push_back(std::move(reading));
+  }
   return readings;
 }
 
@@ -128,7 +150,12 @@ std::vector<CalibrationReading> LoadCalibration(const std::filesystem::path& fil
                                                 const Site& site) {
   CsvReader csv(file, {"utime", "tag", "beacon", "rssi_dbm", "x_m", "y_m"});
   std::vector<CalibrationReading> readings;
-  while (csv.Next()) readings.push_back({ReadReading(csv, site), {csv.Number(4), csv.Number(5)}});
+  ImpossiblePowers impossible(file);
+  while (csv.Next()) {
+    CalibrationReading reading{ReadReading(csv, site), {csv.Number(4), csv.Number(5)}};
+    if (!impossible.Holds(reading.reading.rssi_dbm, csv.line()))
+      readings.push_back(std::move(reading));
+  }
   return readings;
 }
 
