@@ -81,14 +81,14 @@ class ImpossiblePowers {
   ~ImpossiblePowers() {
     if (count_ == 0) return;
     LogWarning(file_.string() + ":" + std::to_string(first_line_) +
-               ": rssi_dbm is outside -140 to 20; " + std::to_string(count_) +
+               ": rssi_dbm is outside -130 to 20; " + std::to_string(count_) +
                " such rows passed over");
   }
   ImpossiblePowers(const ImpossiblePowers&) = delete;
   ImpossiblePowers& operator=(const ImpossiblePowers&) = delete;
 
   bool Holds(double rssi_dbm, int line) {
-    if (rssi_dbm >= kMinRssiDbm && rssi_dbm <= kMaxRssiDbm) return false;
+    if (IsPlausibleRssi(rssi_dbm)) return false;
     if (count_++ == 0) first_line_ = line;
     return true;
   }

@@ -32,6 +32,13 @@ struct Site {
   int BeaconIndex(const std::string& id) const;
 };
 
+// Powers that a radio can report, dBm. Recordings hold others (bytes gone wrong).
+inline constexpr double kMinPlausibleRssiDbm = -130.0;
+inline constexpr double kMaxPlausibleRssiDbm = 20.0;
+inline bool IsPlausibleRssi(double rssi_dbm) {
+  return rssi_dbm >= kMinPlausibleRssiDbm && rssi_dbm <= kMaxPlausibleRssiDbm;  // false for NaN
+}
+
 struct Reading {
   Utime utime = 0;
   std::string tag;
@@ -51,7 +58,7 @@ struct TruthEpoch {
 };
 
 // Each throws FileError, naming file and line; a beacon that the site does not declare is an error.
-// Rows with a power that no radio receives (outside -140 to 20 dBm) are passed over with a warning.
+// Rows with a power that no radio receives are passed over with a warning.
 // Finite RSSI values that no radio can have are returned as they are: recorded sets hold some
 // (bytes gone wrong), and what to do about them is the localizer's affair.
 std::vector<Reading> LoadReadings(const std::filesystem::path& file, const Site& site);
