@@ -8,7 +8,6 @@
 #include <limits>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "common/csv.hpp"
