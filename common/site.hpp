@@ -59,8 +59,6 @@ struct TruthEpoch {
 
 // Each throws FileError, naming file and line; a beacon that the site does not declare is an error.
 // Rows with a power that no radio receives are passed over with a warning.
-// Finite RSSI values that no radio can have are returned as they are: recorded sets hold some
-// (bytes gone wrong), and what to do about them is the localizer's affair.
 std::vector<Reading> LoadReadings(const std::filesystem::path& file, const Site& site);
 std::vector<CalibrationReading> LoadCalibration(const std::filesystem::path& file,
                                                 const Site& site);
