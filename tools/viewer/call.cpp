@@ -12,11 +12,12 @@ int main(int argc, char** argv) {
                "call");
   std::string tag;
   std::vector<double> point;
+  bool cancel = false;
   std::string lcm_url;
   auto* kind = app.add_option_group("what")->require_option(1);
   kind->add_option("--tag", tag, "Come to this tag, wherever it goes");
   kind->add_option("--point", point, "Go to x y, m, map frame")->expected(2);
-  kind->add_flag("--cancel", "Stop and forget the call");
+  kind->add_flag("--cancel", cancel, "Stop and forget the call");
   app.add_option("--lcm-url", lcm_url, "LCM network")
       ->default_str(beckon::kDefaultLcmUrl)
       ->envname("LCM_DEFAULT_URL");
