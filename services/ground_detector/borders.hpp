@@ -1,0 +1,19 @@
+// From a coarse idea of where the ground is to its border in full resolution.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+namespace beckon {
+
+struct BorderOptions {
+  int window_px = 24;  // half a side of the neighbourhood that tells what each side looks like
+  int reach_px = 14;   // how far the coarse border may be wrong
+};
+
+// `ground`: CV_8UC1, 255 for ground and 0 for all else, of any smaller size (a grid over the
+// picture); `bgr`: CV_8UC3. Returns the same at the size of `bgr`. Each pixel near the border goes
+// to the side whose colours just there it fits better (local region statistics as in Lankton and
+// Tannenbaum 2008, assigned in a narrow band), first at half resolution and then at full.
+cv::Mat RefineBorders(const cv::Mat& bgr, const cv::Mat& ground, const BorderOptions& options);
+
+}  // namespace beckon

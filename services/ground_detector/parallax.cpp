@@ -1,0 +1,82 @@
+#include "services/ground_detector/parallax.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+#include "services/ground_detector/motion.hpp"
+
+namespace beckon {
+namespace {
+
+// Mean absolute difference in each cell when `before` is warped by the homography, infinite for
+// cells that it does not show.
+cv::Mat CellDifference(const cv::Mat& now, const cv::Mat& before,
+                       const Eigen::Matrix3d& before_from_now, const cv::Size& cells) {
+  // Half-size pixel to full-size pixel: the centre of the first one is at 0.5.
+  Eigen::Matrix3d full_from_half;
+  full_from_half << 2.0, 0.0, 0.5, 0.0, 2.0, 0.5, 0.0, 0.0, 1.0;
+  const Eigen::Matrix3d half = full_from_half.inverse() * before_from_now * full_from_half;
+  cv::Matx33d matrix;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) matrix(row, column) = half(row, column);
+  }
+  cv::Mat warped;
+  cv::warpPerspective(before, warped, matrix, now.size(), cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+                      cv::BORDER_REPLICATE);
+  cv::Mat difference;
+  cv::absdiff(now, warped, difference);
+  difference.convertTo(difference, CV_32F);
+  cv::Mat mean;
+  cv::resize(difference, mean, cells, 0.0, 0.0, cv::INTER_AREA);
+
+  const double cell_width = static_cast<double>(now.cols) / cells.width;
+  const double cell_height = static_cast<double>(now.rows) / cells.height;
+  for (int row = 0; row < cells.height; ++row) {
+    for (int column = 0; column < cells.width; ++column) {
+      const Eigen::Vector3d centre((column + 0.5) * cell_width, (row + 0.5) * cell_height, 1.0);
+      const Eigen::Vector3d seen = half * centre;
+      const double u = seen.x() / seen.z();
+      const double v = seen.y() / seen.z();
+      const bool inside = u > 0.5 * cell_width && u < now.cols - 0.5 * cell_width &&
+                          v > 0.5 * cell_height && v < now.rows - 0.5 * cell_height;
+      if (!inside) mean.at<float>(row, column) = std::numeric_limits<float>::infinity();
+    }
+  }
+  return mean;
+}
+
+}  // namespace
+
+cv::Mat GroundEvidence(const GroundCamera& camera, const cv::Mat& now, const cv::Mat& before,
+                       const Pose2& before_from_now, const cv::Size& cells,
+                       const ParallaxOptions& options) {
+  const cv::Mat ground =
+      CellDifference(now, before, BeforeFromNow(camera, before_from_now, 0.0), cells);
+  cv::Mat alternative(cells, CV_32FC1, cv::Scalar(std::numeric_limits<float>::infinity()));
+  for (const double ratio : options.height_ratios) {
+    cv::min(alternative,
+            CellDifference(now, before, BeforeFromNow(camera, before_from_now, ratio), cells),
+            alternative);
+  }
+  cv::Mat evidence(cells, CV_32FC1, cv::Scalar(0.0));
+  for (int row = 0; row < cells.height; ++row) {
+    for (int column = 0; column < cells.width; ++column) {
+      // The top of the cell: all of it has to lie below the horizon.
+      const double v = static_cast<double>(row) * camera.height / cells.height;
+      const double u = (column + 0.5) * camera.width / cells.width;
+      if (v <= camera.HorizonRow(u) + 1.0) continue;
+      const float as_ground = ground.at<float>(row, column);
+      const float otherwise = alternative.at<float>(row, column);
+      if (!std::isfinite(as_ground) || !std::isfinite(otherwise)) continue;
+      // The best of several alternatives wins by noise alone a little more often than not: the
+      // noise in the denominator keeps that near 0.
+      evidence.at<float>(row, column) =
+          (otherwise - as_ground) / (otherwise + as_ground + 2.0F * options.noise_grey);
+    }
+  }
+  return evidence;
+}
+
+}  // namespace beckon

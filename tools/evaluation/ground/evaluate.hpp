@@ -1,0 +1,28 @@
+// Runs the ground detector over sequences and reports how well it did.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "services/ground_detector/ground_detector.hpp"
+#include "tools/evaluation/ground/scoring.hpp"
+
+namespace beckon {
+
+struct GroundEvaluationOptions {
+  double max_range_m = 6.0;
+  std::filesystem::path overlay;     // folder for one picture a frame, empty for none
+  std::vector<std::string> without;  // parts of the detector that are left out
+};
+
+// Throws ConfigError, FileError or std::invalid_argument, naming the file that cannot be used.
+GroundScores EvaluateSequence(const std::filesystem::path& folder,
+                              const GroundEvaluationOptions& options);
+
+// One flat object for one sequence, a list of them for several, with the key "sequence" in each.
+std::string ScoresAsJson(const std::vector<GroundScores>& scores);
+// A column for each sequence.
+std::string ScoresAsTable(const std::vector<GroundScores>& scores);
+
+}  // namespace beckon
