@@ -1,0 +1,220 @@
+#include "tools/simulation/live_robot.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <thread>
+
+#include "beckon/call_t.hpp"
+#include "beckon/velocity_command_t.hpp"
+#include "common/channels.hpp"
+#include "common/clock.hpp"
+#include "common/log.hpp"
+#include "common/message_bus.hpp"
+#include "common/pose_message.hpp"
+#include "tools/simulation/camera_server.hpp"
+#include "tools/simulation/jpeg.hpp"
+#include "tools/simulation/renderer.hpp"
+#include "tools/simulation/simulation.hpp"
+#include "tools/simulation/xbee_port.hpp"
+
+namespace beckon::simulation {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+constexpr microseconds kStep{static_cast<std::int64_t>(1e6 * kStepS)};
+constexpr std::uint64_t kStepsPerOdometry = 2;  // 25 Hz
+constexpr std::uint64_t kStepsPerReport = 50;   // 1 Hz
+constexpr std::uint64_t kStepsPerPress =
+    15 * kStepsPerReport;  // how long a caller waits for a reaction
+constexpr microseconds kLongestLag = milliseconds(500);
+constexpr std::size_t kMaxFrameBytes = 60'000;  // leaves room in a datagram of 64 KB
+
+// What a camera needs of the world at one moment.
+struct Snapshot {
+  Utime utime = 0;
+  Pose2 map_from_robot;
+  std::vector<Solid> people;
+};
+
+class LiveRobot {
+ public:
+  LiveRobot(const World& world, const LiveOptions& options)
+      : options_(options),
+        simulation_(world, options.base, options.radio),
+        bus_(options.lcm_url),
+        server_(options.http_port),
+        xbee_(options.xbee_link) {
+    if (!options_.truth_file.empty()) {
+      truth_file_.open(options_.truth_file);
+      if (!truth_file_) throw std::runtime_error("cannot write " + options_.truth_file.string());
+    }
+    // The floor is painted before the clock starts, for it takes its time.
+    renderer_ = std::make_unique<Renderer>(world, options_.camera, RenderOptions{});
+    bus_.Subscribe<velocity_command_t>(channels::kDrive, [this](const velocity_command_t& command) {
+      if (!std::isfinite(command.linear_mps) || !std::isfinite(command.angular_radps)) {
+        throw std::invalid_argument("the command is not finite");
+      }
+      simulation_.Command(command.linear_mps, command.angular_radps);
+    });
+  }
+
+  void Run(const std::atomic<bool>& stop) {
+    LogInfo("camera at http://127.0.0.1:" + std::to_string(server_.port()) + "/stream, radio at " +
+            options_.xbee_link.string());
+    TakeSnapshot(clock_.Now().utime);
+    std::jthread camera([this](const std::stop_token& token) { Film(token); });
+    Instant due = clock_.Now();
+    while (!stop) {
+      const auto wait = std::chrono::ceil<milliseconds>(due.steady - clock_.Now().steady);
+      bus_.Dispatch(std::max(milliseconds(0), wait));
+      const Instant now = clock_.Now();
+      if (now.steady < due.steady) continue;
+      if (now.steady - due.steady > kLongestLag)
+        due = now;  // was suspended: time has not passed here
+      Step(due.utime);
+      due.utime += kStep.count();
+      due.steady += kStep;
+    }
+    Report(true);
+  }
+
+ private:
+  void Step(Utime utime) {
+    for (const RadioPacket& packet : simulation_.Step()) xbee_.Write(XbeeFrame(packet));
+    TakeSnapshot(utime);
+    const std::uint64_t step = simulation_.steps();
+    if (step % kStepsPerOdometry == 0) {
+      const Base& base = simulation_.base();
+      bus_.Publish(channels::kOdometry, MessageFromPose(utime, base.odometry_from_robot(),
+                                                        base.speed_mps(), base.turn_radps()));
+    }
+    if (step % kStepsPerReport == 0) Report(false);
+    PressButton(step, utime);
+  }
+
+  // Presses again when nothing moves for a while, as people do.
+  void PressButton(std::uint64_t step, Utime utime) {
+    if (options_.call_after_s < 0.0) return;
+    const auto first = static_cast<std::uint64_t>(std::llround(options_.call_after_s / kStepS)) + 1;
+    if (step < first || (step - first) % kStepsPerPress != 0) return;
+    if (step > first && simulation_.truth().driven_m > 0.05) return;
+    call_t call{};
+    call.utime = utime;
+    call.kind = call_t::TAG;
+    call.tag = kCallerTag;
+    bus_.Publish(channels::kCall, call);
+    LogInfo("the caller presses the button");
+  }
+
+  void Report(bool is_last) {
+    const Truth& truth = simulation_.truth();
+    const Pose2& pose = truth.map_from_robot;
+    const auto rounded = [](double value) { return std::round(1e3 * value) * 1e-3; };
+    nlohmann::json collisions = nlohmann::json::array();
+    for (const Collision& collision : truth.collisions) {
+      collisions.push_back({{"time_s", rounded(collision.time_s)},
+                            {"with", collision.with},
+                            {"x_m", rounded(collision.place.x())},
+                            {"y_m", rounded(collision.place.y())}});
+    }
+    const Eigen::Vector2d& caller = simulation_.world().caller;
+    const nlohmann::json line = {{"time_s", rounded(truth.time_s)},
+                                 {"pose", {rounded(pose.x), rounded(pose.y), rounded(pose.theta)}},
+                                 {"speed_mps", rounded(truth.speed_mps)},
+                                 {"turn_radps", rounded(truth.turn_radps)},
+                                 {"caller", {rounded(caller.x()), rounded(caller.y())}},
+                                 {"distance_to_caller_m", rounded(truth.to_caller_m)},
+                                 {"nearest_m", rounded(truth.nearest_m)},
+                                 {"closest_approach_m", rounded(truth.closest_m)},
+                                 {"closest_to", truth.closest_to},
+                                 {"path_length_m", rounded(truth.driven_m)},
+                                 {"collisions", truth.collisions.size()},
+                                 {"collision_list", collisions},
+                                 {"summary", is_last}};
+    std::cout << line.dump() << std::endl;
+    if (truth_file_.is_open()) truth_file_ << line.dump() << std::endl;
+  }
+
+  void TakeSnapshot(Utime utime) {
+    const std::lock_guard lock(snapshot_mutex_);
+    snapshot_ = {utime, simulation_.truth().map_from_robot, simulation_.People()};
+  }
+
+  void Film(const std::stop_token& token) {
+    const auto period = microseconds(std::llround(1e6 / options_.camera_rate_hz));
+    auto due = std::chrono::steady_clock::now();
+    for (std::uint64_t frame = 0; !token.stop_requested(); ++frame) {
+      Snapshot snapshot;
+      {
+        const std::lock_guard lock(snapshot_mutex_);
+        snapshot = snapshot_;
+      }
+      const cv::Mat image = renderer_->Render(snapshot.map_from_robot, snapshot.people, frame);
+      server_.Show(snapshot.utime, EncodeJpegWithin(image, options_.jpeg_quality, kMaxFrameBytes));
+      due = std::max(due + period, std::chrono::steady_clock::now());
+      std::this_thread::sleep_until(due);
+    }
+  }
+
+  const LiveOptions options_;
+  const SystemClock clock_;
+  Simulation simulation_;
+  MessageBus bus_;
+  CameraServer server_;
+  XbeePort xbee_;
+  std::unique_ptr<Renderer> renderer_;
+  std::ofstream truth_file_;
+  std::mutex snapshot_mutex_;
+  Snapshot snapshot_;
+};
+
+}  // namespace
+
+LiveOptions ReadLiveOptions(ConfigFile& file) {
+  file.Ignore({"lcm", "runtime", "site", "camera", "robot", "beacon_reader", "rssi_localizer",
+               "camera_grabber", "ground_detector", "range_caster", "navigator", "simulate_robot"});
+  LiveOptions options;
+  const char* from_environment = std::getenv("LCM_DEFAULT_URL");
+  options.lcm_url =
+      from_environment != nullptr && *from_environment != '\0' ? from_environment : kDefaultLcmUrl;
+  file.Table("lcm").Optional("url", options.lcm_url);
+  std::filesystem::path calibration;
+  file.Table("camera").RequiredPath("calibration", calibration);
+  options.camera = GroundCamera::Load(calibration);
+
+  ConfigTable& robot = file.Table("robot");
+  robot.Required("radius_m", options.base.radius_m, Range{0.05, 1.0});
+  robot.Required("centre_x_m", options.base.centre_x_m, Range{-1.0, 1.0});
+  robot.Required("max_speed_mps", options.base.max_speed_mps, Range{0.05, 3.0});
+  robot.Required("max_turn_radps", options.base.max_turn_radps, Range{0.05, 10.0});
+  robot.Required("max_acceleration_mps2", options.base.max_acceleration_mps2, Range{0.05, 10.0});
+  robot.Required("max_turn_acceleration_radps2", options.base.max_turn_acceleration_radps2,
+                 Range{0.05, 50.0});
+
+  ConfigTable& own = file.Table("simulate_robot");
+  own.Optional("http_port", options.http_port, Range{0, 65535});
+  own.OptionalPath("xbee_link", options.xbee_link);
+  own.Optional("camera_rate_hz", options.camera_rate_hz, Range{0.5, 60.0});
+  own.Optional("jpeg_quality", options.jpeg_quality, Range{40, 100});
+  own.Optional("walking_people", options.world.walking_people, Range{0, 5});
+  own.Optional("odometry_scale_sd", options.base.odometry_scale_sd, Range{0.0, 0.5});
+  own.Optional("odometry_turn_scale_sd", options.base.odometry_turn_scale_sd, Range{0.0, 0.5});
+  own.Optional("odometry_drift_rad_per_m", options.base.odometry_drift_rad_per_m, Range{0.0, 1.0});
+  own.Optional("packet_loss", options.radio.packet_loss, Range{0.0, 1.0});
+  return options;
+}
+
+void RunLive(const World& world, const LiveOptions& options, const std::atomic<bool>& stop) {
+  LiveRobot robot(world, options);
+  robot.Run(stop);
+}
+
+}  // namespace beckon::simulation
