@@ -125,12 +125,20 @@ double FloorPlan::CastRay(const Eigen::Vector2d& from, double bearing_rad,
   for (const Wall& face : Faces()) range = std::min(range, RayToSegment(from, direction, face));
   if (image) {
     const double step = 0.5 * image->grid.resolution_m;
-    for (double along = 0.0; along < std::min(range, max_range_m); along += step) {
-      const Eigen::Vector2d point = from + along * direction;
+    // Outside the image all is blocked, so no ray is longer than this.
+    const double longest = std::min(
+        {range, max_range_m, image->grid.resolution_m * (image->grid.width + image->grid.height)});
+    const int steps = static_cast<int>(std::ceil(longest / step));
+    for (int i = 0; i < steps; ++i) {
+      const Eigen::Vector2d point = from + i * step * direction;
       const int column = image->grid.Column(point.x());
       const int row = image->grid.Row(point.y());
-      if (!image->grid.Contains(column, row) || image->free.at<std::uint8_t>(row, column) == 0)
-        range = along;
+      const bool is_free =
+          image->grid.Contains(column, row) && image->free.at<std::uint8_t>(row, column) != 0;
+      if (!is_free) {
+        range = i * step;
+        break;
+      }
     }
   }
   return range <= max_range_m ? range : kInfinity;

@@ -45,7 +45,8 @@ class Service {
   virtual void Every(std::chrono::milliseconds period, std::function<void(Instant)> task) = 0;
 
   // State for HEALTH until the next call. Safe to call from any thread. Changes are logged.
-  virtual void SetHealth(Health state, const std::string& reason = "") = 0;
+  virtual void SetHealth(Health state, const std::string& reason) = 0;
+  void SetHealth(Health state) { SetHealth(state, ""); }
   // Adds to the counters of HEALTH: input that came by another way than LCM (radio, camera).
   virtual void CountInput(std::int64_t received, std::int64_t refused, std::int64_t dropped) = 0;
 

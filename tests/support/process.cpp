@@ -22,8 +22,7 @@ int ExitCodeFromStatus(int status) {
 }  // namespace
 
 Process::Process(const std::string& program, const std::vector<std::string>& arguments) {
-  const std::string path =
-      program.starts_with("/") ? program : std::string(BECKON_BIN_DIR) + "/" + program;
+  const std::string path = program.starts_with("/") ? program : (BinDir() / program).string();
   if (access(path.c_str(), X_OK) != 0) throw std::runtime_error("no program " + path);
   const std::string output = directory_.path() / "output";
   std::vector<char*> argv = {const_cast<char*>(path.c_str())};

@@ -26,6 +26,8 @@ std::filesystem::path TempDir::Write(const std::string& name, const std::string&
 
 std::filesystem::path SourceDir() { return BECKON_SOURCE_DIR; }
 
+std::filesystem::path BinDir() { return BECKON_BIN_DIR; }
+
 std::filesystem::path SharedData() {
   const char* from_environment = std::getenv("BECKON_DATA");
   const std::filesystem::path folder = from_environment != nullptr

@@ -27,8 +27,9 @@ class TempDir {
   std::filesystem::path path_;
 };
 
-// The repository.
+// The repository, and where its programs were built.
 std::filesystem::path SourceDir();
+std::filesystem::path BinDir();
 
 // The recorded data beside the checkout, ../shared/data, or $BECKON_DATA; empty where there is
 // none. Tests that need it: `if (SharedData().empty()) GTEST_SKIP() << kNoSharedData;`
