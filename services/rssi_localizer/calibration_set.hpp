@@ -1,0 +1,54 @@
+// Calibration readings in the form in which the localizer hears them: per tag and evaluation window
+// one value for each beacon.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "common/site.hpp"
+
+namespace beckon {
+
+// Radio waves do not get stronger without bound towards the antenna, and positions are not exact.
+inline constexpr double kMinDistanceM = 0.3;
+// Length of the line from the beacon to a tag at the site's tag height above `position`, m.
+double BeaconDistance(const Beacon& beacon, double tag_height_m, const Eigen::Vector2d& position);
+
+// What one tag heard in one window: (index of the beacon in the site, mean RSSI in dBm), one per
+// beacon.
+using Heard = std::vector<std::pair<int, double>>;
+
+struct CalibrationSample {
+  int beacon = 0;  // index in the site
+  double rssi_dbm = 0.0;
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  // m, map frame
+  double distance_m = 0.0;
+  // Readings taken again and again at one place say less than their number: samples in one square
+  // metre of one beacon count together at most kMaxWeightPerPlace.
+  double weight = 1.0;
+  int epoch = 0;  // index in CalibrationSet::epochs
+};
+
+struct CalibrationEpoch {
+  Utime utime = 0;
+  int tag = 0;                                         // running number
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  // at the end of the window, m, map frame
+  Heard heard;
+};
+
+struct CalibrationSet {
+  static constexpr double kMaxWeightPerPlace = 4.0;
+
+  std::vector<CalibrationSample> samples;
+  std::vector<CalibrationEpoch> epochs;
+
+  // Implausible RSSI values are left out.
+  static CalibrationSet Build(const Site& site, const std::vector<CalibrationReading>& readings);
+
+  // The samples of the epochs for which keep[epoch] is not zero; epochs stay as they are.
+  CalibrationSet Keeping(std::span<const char> keep) const;
+};
+
+}  // namespace beckon

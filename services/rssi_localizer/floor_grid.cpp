@@ -1,0 +1,78 @@
+#include "services/rssi_localizer/floor_grid.hpp"
+
+#include <limits>
+#include <stdexcept>
+
+namespace beckon {
+namespace {
+
+bool WallBetween(const FloorPlan& plan, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  for (const Wall& wall : plan.walls) {
+    if (SegmentsMeet(a, b, wall.from, wall.to)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+FloorGrid::FloorGrid(const FloorPlan& plan, const FloorGridOptions& options,
+                     const std::vector<Eigen::Vector2d>& known_free) {
+  double resolution_m = options.resolution_m;
+  const Eigen::Vector2d extent = plan.max - plan.min;
+  while (extent.prod() / (resolution_m * resolution_m) > options.max_cells) resolution_m *= 2.0;
+  geometry_ = GridGeometry::Covering(plan.min, plan.max, resolution_m);
+
+  cv::Mat mask = plan.FreeMask(geometry_);
+  for (const Eigen::Vector2d& point : known_free) {
+    const int index = geometry_.IndexAt(point);
+    if (index >= 0) mask.at<uchar>(index / geometry_.width, index % geometry_.width) = 255;
+  }
+
+  cell_at_.assign(static_cast<std::size_t>(geometry_.size()), -1);
+  for (int index = 0; index < geometry_.size(); ++index) {
+    if (mask.at<uchar>(index / geometry_.width, index % geometry_.width) == 0) continue;
+    cell_at_[static_cast<std::size_t>(index)] = size();
+    geometry_index_.push_back(index);
+    centres_.push_back(geometry_.Centre(index));
+  }
+  if (centres_.empty()) {
+    throw std::invalid_argument("the floor plan leaves no free cell of " +
+                                std::to_string(resolution_m) + " m");
+  }
+
+  constexpr std::array<std::array<int, 2>, 4> kSteps = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+  neighbours_.resize(centres_.size());
+  for (std::size_t cell = 0; cell < centres_.size(); ++cell) {
+    const int column = geometry_index_[cell] % geometry_.width;
+    const int row = geometry_index_[cell] / geometry_.width;
+    for (std::size_t k = 0; k < kSteps.size(); ++k) {
+      const int to_column = column + kSteps[k][0];
+      const int to_row = row + kSteps[k][1];
+      neighbours_[cell][k] = -1;
+      if (!geometry_.Contains(to_column, to_row)) continue;
+      const int to = cell_at_[static_cast<std::size_t>(geometry_.Index(to_column, to_row))];
+      if (to < 0 || WallBetween(plan, centres_[cell], geometry_.Centre(to_column, to_row)))
+        continue;
+      neighbours_[cell][k] = to;
+    }
+  }
+}
+
+int FloorGrid::NearestCell(const Eigen::Vector2d& point) const {
+  const int index = geometry_.IndexAt(point);
+  if (index >= 0 && cell_at_[static_cast<std::size_t>(index)] >= 0) {
+    return cell_at_[static_cast<std::size_t>(index)];
+  }
+  int nearest = 0;
+  double nearest_squared = std::numeric_limits<double>::infinity();
+  for (int cell = 0; cell < size(); ++cell) {
+    const double squared = (centres_[static_cast<std::size_t>(cell)] - point).squaredNorm();
+    if (squared < nearest_squared) {
+      nearest_squared = squared;
+      nearest = cell;
+    }
+  }
+  return nearest;
+}
+
+}  // namespace beckon

@@ -1,0 +1,199 @@
+#include "services/rssi_localizer/localizer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace beckon {
+namespace {
+
+constexpr Utime kFutureUs = 1'000'000;
+// A flood of readings of one tag is thinned here; the mean of 1000 says as much as that of more.
+constexpr std::size_t kMaxReadingsPerTag = 1000;
+
+std::chrono::microseconds Microseconds(double seconds) {
+  return std::chrono::microseconds(UtimeFromSeconds(seconds));
+}
+
+ModelChoice Choose(const Site& site, const CalibrationSet& calibration,
+                   const LocalizerOptions& options) {
+  if (options.model == MeasurementModelKind::kMapFiltered) {
+    return ChooseModel(site, calibration, options.prior);
+  }
+  ModelChoice choice;
+  choice.parts = {.offsets = true, .walls = false, .residual_map = false, .histogram = false};
+  return choice;
+}
+
+}  // namespace
+
+SiteModel SiteModel::Fit(const Site& site, const std::vector<CalibrationReading>& readings,
+                         const LocalizerOptions& options) {
+  const CalibrationSet calibration = CalibrationSet::Build(site, readings);
+  std::vector<Eigen::Vector2d> walked;
+  for (const CalibrationSample& sample : calibration.samples) walked.push_back(sample.position);
+  FloorGrid grid(site.plan, options.grid, walked);
+  const ModelChoice choice = Choose(site, calibration, options);
+  FittedModel fitted = BuildFittedModel(grid, site, calibration, choice.parts, options.prior);
+  std::string description = choice.Describe();
+  if (calibration.samples.empty()) description += ", not calibrated: path loss as configured";
+  if (options.model == MeasurementModelKind::kMap2d) {
+    fitted.model = BuildMap2d(grid, site, calibration);
+    description = "2-D map";
+  }
+  return {site,         std::move(grid),  std::move(fitted.model),
+          choice.trust, fitted.path_loss, std::move(description)};
+}
+
+Heard MeanPerBeacon(const std::vector<BeaconReading>& readings) {
+  std::map<int, std::pair<double, int>> sums;
+  for (const BeaconReading& reading : readings) {
+    auto& [sum, count] = sums[reading.beacon];
+    sum += reading.rssi_dbm;
+    ++count;
+  }
+  Heard heard;
+  for (const auto& [beacon, sum] : sums) heard.emplace_back(beacon, sum.first / sum.second);
+  return heard;
+}
+
+TagTracker::TagTracker(const SiteModel& model, const LocalizerOptions& options)
+    : model_(model), correlation_s_(options.correlation_s), tracker_(model.grid, options.motion) {}
+
+void TagTracker::Advance(std::vector<BeaconReading> readings, Utime utime) {
+  std::stable_sort(readings.begin(), readings.end(),
+                   [](const auto& a, const auto& b) { return a.utime < b.utime; });
+  const Utime window_us = UtimeFromSeconds(model_.site.window_s);
+  for (std::size_t first = 0; first < readings.size();) {
+    const Utime end = readings[first].utime + window_us;
+    std::size_t last = first;
+    while (last < readings.size() && readings[last].utime < end) ++last;
+    AddSlice({readings.begin() + static_cast<std::ptrdiff_t>(first),
+              readings.begin() + static_cast<std::ptrdiff_t>(last)},
+             readings[last - 1].utime);
+    first = last;
+  }
+  PredictTo(utime);
+}
+
+void TagTracker::PredictTo(Utime utime) {
+  if (utime_ && utime > *utime_) tracker_.Predict(SecondsFromUtime(utime - *utime_));
+  utime_ = utime_ ? std::max(*utime_, utime) : utime;
+}
+
+void TagTracker::AddSlice(const std::vector<BeaconReading>& slice, Utime utime) {
+  PredictTo(utime);
+  const Heard heard = MeanPerBeacon(slice);
+  std::vector<double> weight;
+  for (const auto& [beacon, rssi] : heard) {
+    const auto last = last_.find(beacon);
+    const double age_s =
+        last == last_.end() ? correlation_s_ : SecondsFromUtime(utime - last->second.utime);
+    weight.push_back(correlation_s_ > 0.0 ? std::clamp(age_s / correlation_s_, 0.0, 1.0) : 1.0);
+    last_[beacon] = {utime, beacon, rssi};
+  }
+
+  // The strongest of the window, of which this slice may hold only a part.
+  Heard in_window;
+  const Utime begin = utime - UtimeFromSeconds(model_.site.window_s);
+  std::erase_if(last_, [&](const auto& entry) {
+    return SecondsFromUtime(utime - entry.second.utime) > std::max(correlation_s_, 60.0);
+  });
+  for (const auto& [beacon, last] : last_) {
+    if (last.utime > begin) in_window.emplace_back(beacon, last.rssi_dbm);
+  }
+  const double least_rssi = LeastUsedRssi(in_window, model_.trust);
+  CellValues log_likelihood(static_cast<std::size_t>(model_.grid.size()), 0.0F);
+  for (std::size_t i = 0; i < heard.size(); ++i) {
+    const auto& [beacon, rssi] = heard[i];
+    if (rssi < least_rssi) continue;
+    model_.model.AddLogLikelihood(beacon, rssi, model_.trust.temper * weight[i], log_likelihood);
+  }
+  tracker_.Update(log_likelihood);
+}
+
+Localizer::Localizer(SiteModel model, const LocalizerOptions& options)
+    : model_(std::move(model)), options_(options) {
+  for (std::size_t i = 0; i < model_.site.beacons.size(); ++i) {
+    beacon_index_[model_.site.beacons[i].id] = static_cast<int>(i);
+  }
+}
+
+Localizer::Verdict Localizer::Add(const Reading& reading, const Instant& now) {
+  const auto beacon = beacon_index_.find(reading.beacon);
+  if (beacon == beacon_index_.end()) return Verdict::kUndeclaredBeacon;
+  if (!IsPlausibleRssi(reading.rssi_dbm) || reading.tag.empty()) return Verdict::kImplausible;
+  if (reading.utime > now.utime + kFutureUs) return Verdict::kFuture;
+  auto known = tags_.find(reading.tag);
+  if (known == tags_.end()) {
+    if (tags_.size() >= static_cast<std::size_t>(options_.max_tags)) return Verdict::kTooManyTags;
+    known = tags_.try_emplace(reading.tag).first;
+    known->second.newest = reading.utime;
+  }
+  Tag& tag = known->second;
+  const Utime window_us = UtimeFromSeconds(model_.site.window_s);
+  if (reading.utime <= tag.newest - window_us) return Verdict::kLate;
+  if (reading.utime >= tag.newest) {
+    tag.newest = reading.utime;
+    tag.newest_arrival = now.steady;
+  }
+  const BeaconReading added{reading.utime, beacon->second, reading.rssi_dbm};
+  for (std::vector<BeaconReading>* list : {&tag.window, &tag.pending}) {
+    if (list->size() < kMaxReadingsPerTag) list->push_back(added);
+  }
+  return Verdict::kAccepted;
+}
+
+bool Localizer::IsExplained(const Heard& heard) const {
+  // Outside, a reading may have any value of 100 dB.
+  const auto outside = static_cast<float>(std::log(0.01) * static_cast<double>(heard.size()));
+  CellValues inside = LogLikelihood(model_.model, heard, {.temper = 1.0}, model_.grid.size());
+  return *std::max_element(inside.begin(), inside.end()) >= outside;
+}
+
+void Localizer::Locate(const std::string& name, Tag& tag, Utime utime) {
+  const Heard heard = MeanPerBeacon(tag.window);
+  TagLocation& location = tag.location;
+  if (options_.tracking) {
+    if (!tag.tracker) tag.tracker.emplace(model_, options_);
+    tag.tracker->Advance(std::move(tag.pending), utime);
+    location.probability = tag.tracker->probability();
+  } else if (!heard.empty()) {
+    location.probability = LogLikelihood(model_.model, heard, model_.trust, model_.grid.size());
+    NormaliseLog(location.probability);
+  }
+  tag.pending.clear();
+  location.tag = name;
+  location.utime = tag.newest;
+  location.estimate = Summarise(model_.grid, location.probability);
+  if (heard.empty()) return;
+  location.beacons = static_cast<int>(heard.size());
+  location.readings = static_cast<int>(tag.window.size());
+  location.status = IsExplained(heard) ? TagLocation::Status::kOk : TagLocation::Status::kOutside;
+}
+
+std::vector<TagLocation> Localizer::Update(const Instant& now) {
+  const double silent_after_s = std::max(options_.silent_after_s, model_.site.window_s);
+  const Utime window_us = UtimeFromSeconds(model_.site.window_s);
+  std::vector<TagLocation> locations;
+  for (auto entry = tags_.begin(); entry != tags_.end();) {
+    Tag& tag = entry->second;
+    const std::chrono::microseconds age = now.steady - tag.newest_arrival;
+    if (age > Microseconds(options_.forget_after_s)) {
+      entry = tags_.erase(entry);
+      continue;
+    }
+    const Utime utime = tag.newest + age.count();
+    std::erase_if(tag.window, [&](const BeaconReading& reading) {
+      return reading.utime <= tag.newest - window_us;
+    });
+    Locate(entry->first, tag, utime);
+    locations.push_back(tag.location);
+    if (age > Microseconds(silent_after_s)) {
+      locations.back().status = TagLocation::Status::kSilent;
+    }
+    ++entry;
+  }
+  return locations;
+}
+
+}  // namespace beckon

@@ -1,0 +1,330 @@
+#include "services/rssi_localizer/measurement_model.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "services/rssi_localizer/residual_map.hpp"
+
+namespace beckon {
+namespace {
+
+// A reading that no model explains, spread evenly over 100 dB.
+constexpr double kWildDensity = 0.01 / 100.0;
+
+double Gaussian(double x, double variance) {
+  return std::exp(-0.5 * x * x / variance) / std::sqrt(2.0 * std::numbers::pi * variance);
+}
+
+// Residual distributions are kept for a few spreads of the residual map, as it knows some places
+// well and others not at all.
+constexpr std::array<double, 6> kMapSd = {0.0, 1.5, 3.0, 4.5, 6.0, 8.0};
+
+int MapSdLevel(double variance_db2) {
+  const double sd = std::sqrt(variance_db2);
+  int nearest = 0;
+  for (std::size_t level = 1; level < kMapSd.size(); ++level) {
+    if (std::abs(kMapSd[level] - sd) < std::abs(kMapSd[static_cast<std::size_t>(nearest)] - sd)) {
+      nearest = static_cast<int>(level);
+    }
+  }
+  return nearest;
+}
+
+struct HistogramShape {
+  double column_m = 0.5;
+  int columns = 0;
+  double min_db = -60.0;
+  double step_db = 0.5;
+  int bins = 240;
+
+  int Column(double distance_m) const {
+    return std::clamp(static_cast<int>(distance_m / column_m), 0, columns - 1);
+  }
+  int Bin(double db) const {
+    return std::clamp(static_cast<int>((db - min_db) / step_db), 0, bins - 1);
+  }
+  double Centre(int bin) const { return min_db + (bin + 0.5) * step_db; }
+};
+
+double FurthestCell(const FloorGrid& grid, const Site& site) {
+  double furthest = 1.0;
+  for (const Beacon& beacon : site.beacons) {
+    for (const Eigen::Vector2d& centre : grid.centres()) {
+      furthest = std::max(furthest, BeaconDistance(beacon, site.tag_height_m, centre));
+    }
+  }
+  return furthest;
+}
+
+// A table of columns x bins, smoothed along one axis by a Gaussian of the given sd in cells.
+void SmoothColumns(std::vector<double>& table, int columns, int bins, double sd) {
+  const int reach = static_cast<int>(std::ceil(3.0 * sd));
+  std::vector<double> smoothed(table.size(), 0.0);
+  for (int from = 0; from < columns; ++from) {
+    for (int to = std::max(0, from - reach); to <= std::min(columns - 1, from + reach); ++to) {
+      // Not normalised: a column's weight is the number of readings near it.
+      const double weight = std::exp(-0.5 * (to - from) * (to - from) / (sd * sd));
+      for (int bin = 0; bin < bins; ++bin) {
+        smoothed[static_cast<std::size_t>(to * bins + bin)] +=
+            weight * table[static_cast<std::size_t>(from * bins + bin)];
+      }
+    }
+  }
+  table = std::move(smoothed);
+}
+
+std::vector<double> SmoothBins(const std::vector<double>& table, int columns, int bins, double sd) {
+  const int reach = static_cast<int>(std::ceil(3.5 * sd));
+  std::vector<double> kernel;
+  for (int k = -reach; k <= reach; ++k) kernel.push_back(Gaussian(k, sd * sd));
+  std::vector<double> smoothed(table.size(), 0.0);
+  for (int column = 0; column < columns; ++column) {
+    for (int from = 0; from < bins; ++from) {
+      const double value = table[static_cast<std::size_t>(column * bins + from)];
+      if (value == 0.0) continue;
+      for (int k = -reach; k <= reach; ++k) {
+        const int to = std::clamp(from + k, 0, bins - 1);
+        smoothed[static_cast<std::size_t>(column * bins + to)] +=
+            value * kernel[static_cast<std::size_t>(k + reach)];
+      }
+    }
+  }
+  return smoothed;
+}
+
+struct SampleResidual {
+  double distance_m;
+  double residual_db;
+  double weight;
+};
+
+// One row for each (distance column, spread of the residual map).
+MeasurementModel::Rows ResidualRows(const HistogramShape& shape, double sd_db,
+                                    const std::vector<SampleResidual>& samples) {
+  // As many readings near a distance as it takes for them to count as much as the log-normal model.
+  constexpr double kFallbackReadings = 20.0;
+  constexpr double kColumnSmoothingM = 1.0;
+  constexpr double kBinSmoothingDb = 2.0;
+  const auto size = static_cast<std::size_t>(shape.columns * shape.bins);
+  std::vector<double> histogram(size, 0.0);
+  for (const SampleResidual& sample : samples) {
+    histogram[static_cast<std::size_t>(shape.Column(sample.distance_m) * shape.bins +
+                                       shape.Bin(sample.residual_db))] += sample.weight;
+  }
+  if (!samples.empty()) {
+    SmoothColumns(histogram, shape.columns, shape.bins, kColumnSmoothingM / shape.column_m);
+  }
+
+  MeasurementModel::Rows rows{shape.min_db, shape.step_db, shape.bins, {}};
+  rows.log_density.resize(size * kMapSd.size());
+  for (std::size_t level = 0; level < kMapSd.size(); ++level) {
+    const double map_variance = kMapSd[level] * kMapSd[level];
+    const std::vector<double> smoothed =
+        SmoothBins(histogram, shape.columns, shape.bins,
+                   std::sqrt(kBinSmoothingDb * kBinSmoothingDb + map_variance) / shape.step_db);
+    for (int column = 0; column < shape.columns; ++column) {
+      const auto first = static_cast<std::size_t>(column * shape.bins);
+      double readings = 0.0;
+      for (int bin = 0; bin < shape.bins; ++bin) {
+        readings += smoothed[first + static_cast<std::size_t>(bin)];
+      }
+      for (int bin = 0; bin < shape.bins; ++bin) {
+        const double off = shape.Centre(bin);
+        const double log_normal = 0.95 * Gaussian(off, sd_db * sd_db + map_variance) +
+                                  0.05 * Gaussian(off, 9.0 * sd_db * sd_db + map_variance);
+        const double measured = smoothed[first + static_cast<std::size_t>(bin)] / shape.step_db;
+        const double density =
+            (measured + kFallbackReadings * log_normal) / (readings + kFallbackReadings);
+        rows.log_density[level * size + first + static_cast<std::size_t>(bin)] =
+            static_cast<float>(std::log(0.99 * density + kWildDensity));
+      }
+    }
+  }
+  return rows;
+}
+
+double WeightedVariance(const std::vector<SampleResidual>& samples,
+                        const std::vector<double>& explained, double least) {
+  double variance = 0.0;
+  for (int iteration = 0; iteration < 10; ++iteration) {
+    const double limit = iteration == 0 ? 1e9 : 9.0 * variance;
+    double squares = 0.0;
+    double weights = 1e-9;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const double square = samples[i].residual_db * samples[i].residual_db;
+      squares += samples[i].weight * (std::min(square, limit) - explained[i]);
+      weights += samples[i].weight;
+    }
+    variance = std::max(least, squares / weights);
+  }
+  return variance;
+}
+
+}  // namespace
+
+void MeasurementModel::AddLogLikelihood(int beacon, double rssi_dbm, double weight,
+                                        CellValues& sum) const {
+  const BeaconTable& table = beacons_[static_cast<std::size_t>(beacon)];
+  const auto scale = static_cast<float>(1.0 / rows_.step_db);
+  const auto rssi = static_cast<float>(rssi_dbm - rows_.min_db);
+  const auto factor = static_cast<float>(weight);
+  const int last = rows_.bins - 1;
+  for (std::size_t cell = 0; cell < sum.size(); ++cell) {
+    const int bin = static_cast<int>((rssi - table.expected_dbm[cell]) * scale);
+    sum[cell] += factor * rows_.log_density[static_cast<std::size_t>(table.row[cell] * rows_.bins +
+                                                                     std::clamp(bin, 0, last))];
+  }
+}
+
+double LeastUsedRssi(const Heard& heard, const Trust& trust) {
+  const auto most = static_cast<std::size_t>(trust.strongest);
+  if (heard.size() <= most) return -std::numeric_limits<double>::infinity();
+  std::vector<double> rssi;
+  for (const auto& [beacon, value] : heard) rssi.push_back(value);
+  std::nth_element(rssi.begin(), rssi.begin() + (trust.strongest - 1), rssi.end(),
+                   std::greater<>());
+  return rssi[most - 1];
+}
+
+CellValues LogLikelihood(const MeasurementModel& model, const Heard& heard, const Trust& trust,
+                         int cells) {
+  const double least_rssi = LeastUsedRssi(heard, trust);
+  CellValues sum(static_cast<std::size_t>(cells), 0.0F);
+  for (const auto& [beacon, rssi] : heard) {
+    if (rssi >= least_rssi) model.AddLogLikelihood(beacon, rssi, trust.temper, sum);
+  }
+  return sum;
+}
+
+std::string ModelParts::Describe() const {
+  std::string text = histogram ? "filtered map" : "log-normal";
+  if (offsets) text += " + offsets";
+  if (walls) text += " + walls";
+  if (residual_map) text += " + residual map";
+  return text;
+}
+
+FittedModel BuildFittedModel(const FloorGrid& grid, const Site& site,
+                             const CalibrationSet& calibration, const ModelParts& parts,
+                             const PathLoss& prior) {
+  const int beacons = static_cast<int>(site.beacons.size());
+  const auto& samples = calibration.samples;
+  const WallCounter walls(site.plan);
+
+  // 1. Expected RSSI from distance, beacon and walls.
+  std::vector<double> crossed;
+  if (parts.walls) {
+    crossed.reserve(samples.size());
+    for (const CalibrationSample& sample : samples) {
+      const Beacon& beacon = site.beacons[static_cast<std::size_t>(sample.beacon)];
+      crossed.push_back(walls.Crossed(beacon.position.head<2>(), sample.position));
+    }
+  }
+  PathLossFitOptions fit_options;
+  fit_options.prior = prior;
+  fit_options.fit_offsets = parts.offsets;
+  const PathLoss path_loss = FitPathLoss(samples, beacons, crossed, fit_options);
+  std::vector<SampleResidual> residuals;
+  residuals.reserve(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const CalibrationSample& sample = samples[i];
+    const double expected =
+        path_loss.MeanRssi(sample.beacon, sample.distance_m, crossed.empty() ? 0.0 : crossed[i]);
+    residuals.push_back({sample.distance_m, sample.rssi_dbm - expected, sample.weight});
+  }
+
+  // 2. What the places themselves add; each sample's residual as the map would predict it from
+  // elsewhere.
+  std::vector<std::optional<ResidualMap>> maps(static_cast<std::size_t>(beacons));
+  double sd_db = path_loss.sd_db;
+  if (parts.residual_map && !samples.empty()) {
+    std::vector<std::vector<Residual>> by_beacon(static_cast<std::size_t>(beacons));
+    std::vector<std::size_t> place_in_beacon(samples.size());
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      auto& of_beacon = by_beacon[static_cast<std::size_t>(samples[i].beacon)];
+      place_in_beacon[i] = of_beacon.size();
+      of_beacon.push_back({samples[i].position, residuals[i].residual_db, samples[i].beacon});
+    }
+    const ResidualKernel kernel = FitResidualKernel(by_beacon, path_loss.sd_db);
+    for (std::size_t b = 0; b < maps.size(); ++b) maps[b].emplace(by_beacon[b], kernel);
+    std::vector<double> explained(samples.size());
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const auto& value =
+          maps[static_cast<std::size_t>(samples[i].beacon)]->left_out()[place_in_beacon[i]];
+      residuals[i].residual_db -= value.mean_db;
+      explained[i] = value.variance_db2;
+    }
+    sd_db = std::sqrt(WeightedVariance(residuals, explained, 1.0));
+  }
+
+  // 3. Tables over the floor.
+  HistogramShape shape;
+  shape.columns = static_cast<int>(FurthestCell(grid, site) / shape.column_m) + 1;
+  if (!parts.histogram) residuals.clear();
+  MeasurementModel::Rows rows = ResidualRows(shape, sd_db, residuals);
+  std::vector<MeasurementModel::BeaconTable> tables(static_cast<std::size_t>(beacons));
+  for (int b = 0; b < beacons; ++b) {
+    const Beacon& beacon = site.beacons[static_cast<std::size_t>(b)];
+    MeasurementModel::BeaconTable& table = tables[static_cast<std::size_t>(b)];
+    table.expected_dbm.reserve(grid.centres().size());
+    table.row.reserve(grid.centres().size());
+    for (const Eigen::Vector2d& centre : grid.centres()) {
+      const double distance_m = BeaconDistance(beacon, site.tag_height_m, centre);
+      const double crossed_here =
+          parts.walls ? walls.Crossed(beacon.position.head<2>(), centre) : 0.0;
+      double expected = path_loss.MeanRssi(b, distance_m, crossed_here);
+      int row = shape.Column(distance_m);
+      if (const auto& map = maps[static_cast<std::size_t>(b)]) {
+        const ResidualMap::Value value = map->At(centre);
+        expected += value.mean_db;
+        row += shape.columns * MapSdLevel(value.variance_db2);
+      }
+      table.expected_dbm.push_back(static_cast<float>(expected));
+      table.row.push_back(static_cast<std::uint16_t>(row));
+    }
+  }
+  return {MeasurementModel(std::move(rows), std::move(tables)), path_loss, parts};
+}
+
+MeasurementModel BuildMap2d(const FloorGrid& grid, const Site& site,
+                            const CalibrationSet& calibration) {
+  HistogramShape shape;
+  shape.min_db = kMinPlausibleRssiDbm;
+  shape.step_db = 2.0;
+  shape.bins = static_cast<int>((kMaxPlausibleRssiDbm - kMinPlausibleRssiDbm) / shape.step_db);
+  shape.columns = static_cast<int>(FurthestCell(grid, site) / shape.column_m) + 1;
+  std::vector<double> histogram(static_cast<std::size_t>(shape.columns * shape.bins), 0.0);
+  for (const CalibrationSample& sample : calibration.samples) {
+    histogram[static_cast<std::size_t>(shape.Column(sample.distance_m) * shape.bins +
+                                       shape.Bin(sample.rssi_dbm))] += sample.weight;
+  }
+  MeasurementModel::Rows rows{shape.min_db, shape.step_db, shape.bins, {}};
+  rows.log_density.reserve(histogram.size());
+  for (int column = 0; column < shape.columns; ++column) {
+    const auto begin = histogram.begin() + column * shape.bins;
+    double readings = 0.0;
+    for (auto bin = begin; bin < begin + shape.bins; ++bin) readings += *bin;
+    for (auto bin = begin; bin < begin + shape.bins; ++bin) {
+      const double density = readings > 0.0 ? *bin / readings / shape.step_db : 0.01;
+      rows.log_density.push_back(static_cast<float>(std::log(0.99 * density + kWildDensity)));
+    }
+  }
+
+  std::vector<MeasurementModel::BeaconTable> tables;
+  for (const Beacon& beacon : site.beacons) {
+    MeasurementModel::BeaconTable& table = tables.emplace_back();
+    table.expected_dbm.assign(grid.centres().size(), 0.0F);
+    for (const Eigen::Vector2d& centre : grid.centres()) {
+      table.row.push_back(static_cast<std::uint16_t>(
+          shape.Column(BeaconDistance(beacon, site.tag_height_m, centre))));
+    }
+  }
+  return {std::move(rows), std::move(tables)};
+}
+
+}  // namespace beckon

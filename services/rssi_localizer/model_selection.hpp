@@ -1,0 +1,28 @@
+// Which parts of the fitted model a site is better off with, and how far its readings can be
+// trusted: decided by calibration readings held back from the fit, so that no site gets worse by a
+// richer description.
+#pragma once
+
+#include <string>
+
+#include "services/rssi_localizer/measurement_model.hpp"
+
+namespace beckon {
+
+struct ModelChoice {
+  ModelParts parts{.offsets = true, .walls = false, .residual_map = false, .histogram = true};
+  Trust trust;
+  int held_back_epochs = 0;          // that were judged; 0: there was nothing to judge by
+  double held_back_error_m = 0.0;    // their mean error
+  double held_back_log_score = 0.0;  // mean log probability density at the true place, per m^2
+
+  std::string Describe() const;
+};
+
+// Five-fold: the floor is cut into squares of 1.5 m, and all readings taken in a fifth of them are
+// held back together, so that a model is judged in places that it has not seen. From the plain
+// log-normal model, parts are added one by one where they raise the log score by more than chance
+// would. Fewer than three squares: the default choice.
+ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration, const PathLoss& prior);
+
+}  // namespace beckon
