@@ -12,6 +12,12 @@
 namespace beckon {
 namespace {
 
+// All tables of a robot's file.
+const std::set<std::string> kRobotFileTables = {
+    "lcm",           "runtime",        "site",           "camera",          "robot",
+    "beacon_reader", "rssi_localizer", "camera_grabber", "ground_detector", "range_caster",
+    "navigator",     "simulate_robot"};
+
 std::string Where(const std::filesystem::path& file, const toml::node* node) {
   const auto line = node != nullptr ? node->source().begin.line : 0;
   return file.string() + ":" + (line > 0 ? std::to_string(line) + ":" : "") + " ";
@@ -334,9 +340,7 @@ ConfigFile::ConfigFile(const std::filesystem::path& path) : path_(path) {
 
 ConfigFile::~ConfigFile() = default;
 
-void ConfigFile::Ignore(const std::vector<std::string>& keys) {
-  root_->impl_->ignored.insert(keys.begin(), keys.end());
-}
+void ConfigFile::IgnoreOtherPrograms() { root_->impl_->ignored = kRobotFileTables; }
 
 void ConfigFile::Finish() const { root_->CheckAllKnown(); }
 

@@ -34,12 +34,6 @@ constexpr std::size_t kBusySeconds = 10;
 // late.
 constexpr std::size_t kMaxBusySamples = 2000;
 
-// Tables of the robot's file that belong to other programs.
-const std::vector<std::string> kTables = {
-    "lcm",           "runtime",        "site",           "camera",          "robot",
-    "beacon_reader", "rssi_localizer", "camera_grabber", "ground_detector", "range_caster",
-    "navigator",     "simulate_robot"};
-
 std::atomic<bool> stop_requested = false;
 static_assert(std::atomic<bool>::is_always_lock_free);
 
@@ -331,7 +325,7 @@ int RunServiceImpl(int argc, char** argv, const ServiceAbout& about,
   RuntimeOptions options;
   try {
     ConfigFile file(config_path);
-    file.Ignore(kTables);
+    file.IgnoreOtherPrograms();
     options = ReadRuntimeOptions(file);
     read(file);
     file.Finish();

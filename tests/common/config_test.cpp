@@ -18,7 +18,7 @@ class ConfigTest : public ::testing::Test {
     const auto path = directory_.Write("robot.toml", text);
     try {
       ConfigFile file(path);
-      file.Ignore({"navigator"});
+      file.IgnoreOtherPrograms();
       ConfigTable& table = file.Table("range_caster");
       table.Optional("enabled", enabled_);
       table.Optional("rays", rays_, Range{1, 1000});

@@ -14,11 +14,11 @@
 #include "beckon/velocity_command_t.hpp"
 #include "common/channels.hpp"
 #include "common/clock.hpp"
+#include "common/jpeg.hpp"
 #include "common/log.hpp"
 #include "common/message_bus.hpp"
 #include "common/pose_message.hpp"
 #include "tools/simulation/camera_server.hpp"
-#include "tools/simulation/jpeg.hpp"
 #include "tools/simulation/renderer.hpp"
 #include "tools/simulation/simulation.hpp"
 #include "tools/simulation/xbee_port.hpp"
@@ -29,7 +29,7 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-constexpr microseconds kStep{static_cast<std::int64_t>(1e6 * kStepS)};
+constexpr microseconds kWorldStep{static_cast<std::int64_t>(1e6 * kStepS)};
 constexpr std::uint64_t kStepsPerOdometry = 2;  // 25 Hz
 constexpr std::uint64_t kStepsPerReport = 50;   // 1 Hz
 constexpr std::uint64_t kStepsPerPress =
@@ -43,6 +43,18 @@ struct Snapshot {
   Pose2 map_from_robot;
   std::vector<Solid> people;
 };
+
+// With the quality lowered step by step until the frame takes no more than `max_bytes`.
+std::vector<std::uint8_t> EncodeWithin(const cv::Mat& image, int quality, std::size_t max_bytes) {
+  constexpr int kStep = 8;
+  constexpr int kLowest = 40;
+  std::vector<std::uint8_t> jpeg = EncodeJpeg(image, quality);
+  while (jpeg.size() > max_bytes && quality - kStep >= kLowest) {
+    quality -= kStep;
+    jpeg = EncodeJpeg(image, quality);
+  }
+  return jpeg;
+}
 
 class LiveRobot {
  public:
@@ -80,8 +92,8 @@ class LiveRobot {
       if (now.steady - due.steady > kLongestLag)
         due = now;  // was suspended: time has not passed here
       Step(due.utime);
-      due.utime += kStep.count();
-      due.steady += kStep;
+      due.utime += kWorldStep.count();
+      due.steady += kWorldStep;
     }
     Report(true);
   }
@@ -158,7 +170,7 @@ class LiveRobot {
         snapshot = snapshot_;
       }
       const cv::Mat image = renderer_->Render(snapshot.map_from_robot, snapshot.people, frame);
-      server_.Show(snapshot.utime, EncodeJpegWithin(image, options_.jpeg_quality, kMaxFrameBytes));
+      server_.Show(snapshot.utime, EncodeWithin(image, options_.jpeg_quality, kMaxFrameBytes));
       due = std::max(due + period, std::chrono::steady_clock::now());
       std::this_thread::sleep_until(due);
     }
@@ -179,8 +191,7 @@ class LiveRobot {
 }  // namespace
 
 LiveOptions ReadLiveOptions(ConfigFile& file) {
-  file.Ignore({"lcm", "runtime", "site", "camera", "robot", "beacon_reader", "rssi_localizer",
-               "camera_grabber", "ground_detector", "range_caster", "navigator", "simulate_robot"});
+  file.IgnoreOtherPrograms();
   LiveOptions options;
   const char* from_environment = std::getenv("LCM_DEFAULT_URL");
   options.lcm_url =
