@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
-#include "tools/simulation/jpeg.hpp"
+#include "common/jpeg.hpp"
 #include "tools/simulation/scripted_drive.hpp"
 
 namespace beckon::simulation {

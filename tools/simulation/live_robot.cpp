@@ -129,7 +129,7 @@ class LiveRobot {
   void Report(bool is_last) {
     const Truth& truth = simulation_.truth();
     const Pose2& pose = truth.map_from_robot;
-    const auto rounded = [](double value) { return std::round(1e3 * value) * 1e-3; };
+    const auto rounded = [](double value) { return std::round(1e3 * value) / 1e3; };
     nlohmann::json collisions = nlohmann::json::array();
     for (const Collision& collision : truth.collisions) {
       collisions.push_back({{"time_s", rounded(collision.time_s)},

@@ -1,0 +1,100 @@
+#include "services/camera_grabber/grabber.hpp"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "common/jpeg.hpp"
+#include "common/log.hpp"
+#include "services/camera_grabber/device_source.hpp"
+#include "services/camera_grabber/folder_source.hpp"
+#include "services/camera_grabber/http_source.hpp"
+#include "services/camera_grabber/video_source.hpp"
+
+namespace beckon {
+
+Frame FrameFromJpeg(Utime utime, std::vector<std::uint8_t> jpeg, const std::string& name) {
+  try {
+    const cv::Size size = InspectJpeg(jpeg);
+    return {utime, size.width, size.height, std::move(jpeg)};
+  } catch (const std::invalid_argument& error) {
+    throw FrameError(name + " " + error.what());
+  }
+}
+
+Grabber::Grabber(Open open, double stall_s, const Clock& clock)
+    : open_(std::move(open)),
+      stall_(UtimeFromSeconds(stall_s)),
+      clock_(clock),
+      open_at_(clock.Now().steady) {}
+
+std::optional<Frame> Grabber::Next(std::chrono::milliseconds timeout) {
+  Instant now = clock_.Now();
+  try {
+    if (!source_) {
+      if (now.steady < open_at_) {
+        const std::chrono::microseconds pause = open_at_ - now.steady;
+        std::this_thread::sleep_for(std::min<std::chrono::microseconds>(pause, timeout));
+        return std::nullopt;
+      }
+      source_ = open_();
+      now = clock_.Now();
+      last_frame_ = now.steady;
+      state_ = State::kOpening;
+      reason_ = "no frame yet";
+    }
+    std::optional<Frame> frame = source_->Next(timeout);
+    now = clock_.Now();
+    counts_.dropped += source_->TakeDropped();
+    if (frame) {
+      ++counts_.received;
+      last_frame_ = now.steady;
+      state_ = State::kStreaming;
+      reason_.clear();
+      pause_ = kFirstPause;
+    } else if (source_->ended()) {
+      state_ = State::kEnded;
+      reason_ = "played to the end";
+      std::this_thread::sleep_for(timeout);
+    } else if (source_->is_live() && now.steady - last_frame_ > stall_) {
+      Lose("no frame for " + std::to_string((now.steady - last_frame_).count() / 1000) + " ms",
+           now);
+    }
+    return frame;
+  } catch (const FrameError& error) {
+    ++counts_.refused;
+    LogWarning(error.what());
+    // A source that gives nothing but damage is no better than one that is silent.
+    now = clock_.Now();
+    if (source_->is_live() && now.steady - last_frame_ > stall_) Lose(error.what(), now);
+  } catch (const SourceError& error) {
+    Lose(error.what(), clock_.Now());
+  }
+  return std::nullopt;
+}
+
+void Grabber::Lose(const std::string& reason, Instant now) {
+  source_.reset();
+  state_ = State::kLost;
+  reason_ = reason;
+  open_at_ = now.steady + pause_;
+  pause_ = std::min(2 * pause_, kLongestPause);
+}
+
+Grabber::Counts Grabber::TakeCounts() { return std::exchange(counts_, {}); }
+
+Grabber::Open OpenerFor(const CameraGrabberOptions& options, const Clock& clock) {
+  return [options, &clock]() -> std::unique_ptr<FrameSource> {
+    if (options.source == "device")
+      return OpenDeviceSource(options.device, options.jpeg_quality, clock);
+    if (options.source == "folder")
+      return OpenFolderSource(options.playback, options.jpeg_quality, clock);
+    if (options.source == "video")
+      return OpenVideoFile(options.playback, options.jpeg_quality, clock);
+    if (options.url.starts_with("rtsp://"))
+      return OpenRtspStream(options.url, options.jpeg_quality, clock);
+    return OpenHttpSource(options.url, clock);
+  };
+}
+
+}  // namespace beckon

@@ -1,0 +1,60 @@
+// Keeps a source of frames open: notices silence, opens it anew with back-off, refuses damaged
+// frames.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "services/camera_grabber/frame_source.hpp"
+#include "services/camera_grabber/options.hpp"
+
+namespace beckon {
+
+class Grabber {
+ public:
+  enum class State {
+    kOpening,  // no frame yet from the source that is open
+    kStreaming,
+    kLost,   // no source; opened again after a pause
+    kEnded,  // played to the end
+  };
+  struct Counts {
+    std::int64_t received = 0;
+    std::int64_t refused = 0;  // damaged frames
+    std::int64_t dropped = 0;
+  };
+  using Open = std::function<std::unique_ptr<FrameSource>()>;
+
+  // `open` makes the source, or throws SourceError.
+  Grabber(Open open, double stall_s, const Clock& clock);
+
+  // The next frame, waited for up to about `timeout`. Never throws for what the source does.
+  std::optional<Frame> Next(std::chrono::milliseconds timeout);
+
+  State state() const { return state_; }
+  const std::string& reason() const { return reason_; }  // why it is not streaming
+  Counts TakeCounts();
+
+  static constexpr std::chrono::milliseconds kFirstPause{250};
+  static constexpr std::chrono::milliseconds kLongestPause{4000};
+
+ private:
+  void Lose(const std::string& reason, Instant now);
+
+  const Open open_;
+  const std::chrono::microseconds stall_;
+  const Clock& clock_;
+  std::unique_ptr<FrameSource> source_;
+  State state_ = State::kLost;
+  std::string reason_ = "not opened yet";
+  std::chrono::milliseconds pause_ = kFirstPause;
+  std::chrono::microseconds open_at_{};
+  std::chrono::microseconds last_frame_{};  // or when the source was opened
+  Counts counts_;
+};
+
+// The source that the options name.
+Grabber::Open OpenerFor(const CameraGrabberOptions& options, const Clock& clock);
+
+}  // namespace beckon
