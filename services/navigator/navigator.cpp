@@ -1,0 +1,397 @@
+#include "services/navigator/navigator.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <stdexcept>
+
+#include "services/navigator/stop_reasons.hpp"
+
+namespace beckon {
+namespace {
+
+constexpr double kReplanS = 1.0;
+constexpr double kReplanSoonS = 0.3;
+constexpr double kGoalMovedM = 0.25;
+constexpr double kRouteEndM = 0.12;
+constexpr double kStandingMps = 0.02;
+constexpr double kMaxTickS = 0.2;
+
+// Patience with whatever is in the way: people walk on.
+constexpr double kWaitForObstacleS = 4.0;
+constexpr double kWaitAtGoalS = 2.0;
+constexpr double kWaitForRouteS = 1.5;
+constexpr int kMaxRecoveries = 6;
+constexpr double kFreeAgainM = 0.7;
+constexpr double kBackOutM = 0.3;
+constexpr double kBackOutMps = 0.12;
+constexpr double kProgressM = 0.15;
+constexpr double kStillM = 0.1;
+constexpr double kStillRad = 0.2;
+
+double SecondsSince(Instant now, Instant then) {
+  return std::chrono::duration<double>(now.steady - then.steady).count();
+}
+
+void CheckScan(const Scan& scan) {
+  constexpr std::size_t kMaxRays = 20'000;
+  constexpr double kMaxRangeM = 1e3;
+  const std::size_t rays = scan.ranges_m.size();
+  if (rays < 2 || rays > kMaxRays) throw std::invalid_argument("a scan of that many rays");
+  if (scan.ground_seen_m.size() != rays) {
+    throw std::invalid_argument("a scan needs as many intensities as ranges");
+  }
+  const double step = std::abs(scan.bearing_step_rad);
+  if (!(std::abs(scan.first_bearing_rad) <= 2.0 * std::numbers::pi && step > 1e-5 &&
+        step * static_cast<double>(rays - 1) <= 2.0 * std::numbers::pi)) {
+    throw std::invalid_argument("a scan with bearings that cannot be");
+  }
+  for (const float range : scan.ranges_m) {
+    if (range < 0.0F || (std::isfinite(range) && range > kMaxRangeM)) {
+      throw std::invalid_argument("a scan with a range that cannot be");
+    }
+  }
+  for (const float seen : scan.ground_seen_m) {
+    if (!(seen >= 0.0F && seen <= kMaxRangeM)) {
+      throw std::invalid_argument("a scan with ground seen as far as cannot be");
+    }
+  }
+}
+
+void CheckGrid(const SeenGrid& grid) {
+  if (grid.grid.width < 1 || grid.grid.height < 1 ||
+      grid.occupancy.size() != static_cast<std::size_t>(grid.grid.size()) ||
+      !(grid.grid.resolution_m > 1e-3 && grid.grid.resolution_m < 10.0)) {
+    throw std::invalid_argument("a grid whose size does not fit its cells");
+  }
+  const Pose2& pose = grid.grid_from_robot;
+  if (!(pose.translation().allFinite() && std::isfinite(pose.theta))) {
+    throw std::invalid_argument("a grid without a finite pose");
+  }
+}
+
+bool IsFinite(const Pose2& pose) {
+  return pose.translation().allFinite() && std::isfinite(pose.theta);
+}
+
+std::string Metres(double metres) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f m", metres);
+  return text;
+}
+
+}  // namespace
+
+Navigator::Navigator(const NavigatorOptions& options, const FloorPlan& plan)
+    : options_(options),
+      planner_(plan, options.robot, options.route),
+      follower_(options.robot, options.follower),
+      monitor_(options.robot, options.safety),
+      surroundings_(options.robot),
+      frame_(options.robot),
+      destination_(options.arrival) {}
+
+void Navigator::OnCall(Instant now, const Call& call) {
+  if (call.kind == Call::Kind::kTag && call.tag.empty()) {
+    throw std::invalid_argument("a call by a tag without a name");
+  }
+  if (call.kind == Call::Kind::kPoint && !call.point.allFinite()) {
+    throw std::invalid_argument("a call to a point that is not finite");
+  }
+  DropRoute();
+  FollowAgain(now);
+  recoveries_ = 0;
+  no_progress_s_ = 0.0;
+  nearest_to_go_m_ = std::numeric_limits<double>::infinity();
+  status_ = {};
+  destination_.Clear();
+  if (call.kind == Call::Kind::kCancel) return;
+  destination_.Set(call);
+  status_.state = NavigatorState::kDriving;
+  status_.tag = call.kind == Call::Kind::kTag ? call.tag : "";
+  if (call.kind == Call::Kind::kPoint && !planner_.IsInArea(call.point)) {
+    Finish(NavigatorState::kGaveUp, "the point is outside the floor plan");
+  }
+}
+
+void Navigator::OnLocation(Instant now, const TagLocation& location) {
+  if (location.is_located && !(location.position.allFinite() && location.covariance.allFinite() &&
+                               location.area_90_m2 >= 0.0 && std::isfinite(location.area_90_m2))) {
+    throw std::invalid_argument("a location that is not finite");
+  }
+  destination_.OnLocation(now, location);
+}
+
+void Navigator::OnPose(Instant now, Utime utime, const Pose2& map_from_robot) {
+  if (!IsFinite(map_from_robot)) {
+    monitor_.OnInvalidPose(now);
+    throw std::invalid_argument("a pose that is not finite");
+  }
+  const Pose2 local_from_robot = frame_.At(utime).value_or(frame_.Now(now));
+  const Pose2 map_from_local = map_from_robot * local_from_robot.Inverse();
+  const Pose2 correction =
+      map_from_local_ ? (*map_from_local_ * local_from_robot).Inverse() * map_from_robot : Pose2{};
+  monitor_.OnPose(now, utime, correction);
+  map_from_local_ = map_from_local;
+}
+
+void Navigator::OnOdometry(Instant now, Utime utime, const Pose2& odometry_from_robot) {
+  if (!IsFinite(odometry_from_robot)) throw std::invalid_argument("odometry that is not finite");
+  if (frame_.AddOdometry(now, utime, odometry_from_robot)) return;
+  surroundings_.Clear();
+  map_from_local_.reset();
+  DropRoute();
+}
+
+void Navigator::OnScan(Instant now, Scan scan) {
+  try {
+    CheckScan(scan);
+    const Utime newest = scan_utime_;
+    scan_utime_ = scan.utime;
+    if (scan.utime < newest) throw std::invalid_argument("the time of scans runs backwards");
+    if (scan.utime == newest) return;
+  } catch (const std::invalid_argument&) {
+    monitor_.OnInvalidScan(now);
+    throw;
+  }
+  const Pose2 local_from_robot = frame_.At(scan.utime).value_or(frame_.Now(now));
+  monitor_.OnScan(now, scan, local_from_robot);
+  surroundings_.SetScan(std::move(scan), local_from_robot);
+}
+
+void Navigator::OnGrid(Instant now, SeenGrid grid) {
+  CheckGrid(grid);
+  const auto local_from_robot = frame_.At(grid.utime);
+  if (!local_from_robot) return;  // too old to be placed
+  surroundings_.SetGrid(std::move(grid), *local_from_robot);
+  if (map_from_local_) {
+    planner_.Remember(*surroundings_.grid(), *map_from_local_ * surroundings_.local_from_grid(),
+                      now);
+  }
+}
+
+Velocity Navigator::Tick(Instant now) {
+  const double elapsed_s = ticked_ ? std::clamp(SecondsSince(now, *ticked_), 0.0, kMaxTickS) : 0.0;
+  ticked_ = now;
+  if (!frame_.AddCommand(now, monitor_.last())) {
+    surroundings_.Clear();
+    map_from_local_.reset();
+    DropRoute();
+  }
+  const Pose2 local_from_base = frame_.Now(now) * options_.robot.RobotFromBase();
+  surroundings_.Update(local_from_base);
+  status_.nearest_obstacle_m = surroundings_.NearestInScan(local_from_base);
+
+  Velocity wanted;
+  if (ActiveCall()) {
+    status_.state = NavigatorState::kDriving;
+    status_.stop_reason.clear();
+    status_.detail.clear();
+    const std::string blocker = monitor_.Blocker(now);
+    if (blocker.empty()) {
+      no_progress_s_ += elapsed_s;
+      wanted = Drive(now, local_from_base);
+    }
+  }
+  const SafetyMonitor::Verdict verdict =
+      monitor_.Pass(now, elapsed_s, wanted, surroundings_, local_from_base);
+  if (ActiveCall() && !verdict.reason.empty()) {
+    ReportStop(verdict.reason, "stopped by the safety monitor");
+  }
+  // How long it has been standing before something that may need more than patience.
+  const std::string& reason = status_.stop_reason;
+  const bool is_blocked = reason == stop_reason::kObstacle ||
+                          reason == stop_reason::kGroundNotSeen || reason == stop_reason::kNoRoute;
+  if (!is_blocked) blocked_since_.reset();
+  if (is_blocked && !blocked_since_) blocked_since_ = now;
+  return verdict.velocity;
+}
+
+std::optional<Call> Navigator::ActiveCall() const {
+  if (status_.state != NavigatorState::kDriving && status_.state != NavigatorState::kStopped) {
+    return std::nullopt;
+  }
+  return destination_.call();
+}
+
+Velocity Navigator::Drive(Instant now, const Pose2& local_from_base) {
+  const auto goal = destination_.Goal();
+  const std::string doubt = destination_.Doubt(now);
+  if (!goal || !doubt.empty()) {
+    ReportStop(doubt, "waiting for the tag to be located");
+    if (no_progress_s_ > options_.give_up_after_s) {
+      Finish(NavigatorState::kGaveUp, "the tag is not heard");
+    }
+    return {};
+  }
+  status_.has_goal = true;
+  status_.goal = goal->point;
+  if (!map_from_local_) {
+    ReportStop(stop_reason::kPoseMissing, "waiting for the robot's place on the map");
+    return {};
+  }
+  const Pose2 map_from_base = *map_from_local_ * local_from_base;
+  if (IsRouteDue(now, *goal)) UpdateRoute(now, map_from_base, *goal);
+
+  const double blocked_s = blocked_since_ ? SecondsSince(now, *blocked_since_) : 0.0;
+  Step step;
+  if (!route_.empty()) step = follower_.Follow(route_, local_from_base, surroundings_);
+  status_.distance_to_go_m = step.distance_to_go_m;
+  status_.route.clear();
+  for (const Eigen::Vector2d& point : route_) status_.route.push_back(*map_from_local_ * point);
+
+  const bool is_at_end =
+      (!route_.empty() && step.distance_to_go_m < kRouteEndM) || blocked_s > kWaitAtGoalS;
+  if (destination_.HasArrived(map_from_base.translation(), is_at_end, planner_)) {
+    if (std::abs(monitor_.last().linear_mps) < kStandingMps) {
+      const double distance = (map_from_base.translation() - goal->point).norm();
+      Finish(NavigatorState::kArrived, Metres(distance) + " from where the call came from");
+    }
+    return {};
+  }
+  if (route_.empty() && !plan_has_way_ && blocked_s > kWaitForRouteS) {
+    Finish(NavigatorState::kGaveUp, "the floor plan shows no way there");
+    return {};
+  }
+
+  WatchProgress(now, step.distance_to_go_m, local_from_base);
+  if (!ActiveCall()) return {};
+  if (maneuver_ == Maneuver::kLookAround) return LookAround(local_from_base);
+  if (maneuver_ == Maneuver::kBackOut) return BackOut(local_from_base);
+  if (route_.empty()) {
+    ReportStop(stop_reason::kNoRoute, "no way round what has been seen");
+    return {};
+  }
+  if (!step.blocked_by.empty()) ReportStop(step.blocked_by, "waiting for the way to be free");
+  return step.velocity;
+}
+
+bool Navigator::IsRouteDue(Instant now, const RouteGoal& goal) const {
+  if (!planned_ || !route_goal_) return true;
+  const double age_s = SecondsSince(now, *planned_);
+  if (age_s > kReplanS) return true;
+  const bool is_wanted =
+      route_.empty() || blocked_since_ || (goal.point - route_goal_->point).norm() > kGoalMovedM;
+  return is_wanted && age_s > kReplanSoonS;
+}
+
+void Navigator::UpdateRoute(Instant now, const Pose2& map_from_base, const RouteGoal& goal) {
+  const Route route = planner_.Plan(map_from_base.translation(), goal, now);
+  planned_ = now;
+  route_goal_ = goal;
+  plan_has_way_ = route.plan_has_way;
+  route_.clear();
+  if (!route.is_found) return;
+  const Pose2 local_from_map = map_from_local_->Inverse();
+  for (const Eigen::Vector2d& point : route.points) route_.push_back(local_from_map * point);
+}
+
+void Navigator::WatchProgress(Instant now, double distance_to_go_m, const Pose2& local_from_base) {
+  if (!route_.empty() && distance_to_go_m < nearest_to_go_m_ - kProgressM) {
+    nearest_to_go_m_ = distance_to_go_m;
+    no_progress_s_ = 0.0;
+  }
+  // A caller who walks away is followed: the way there is a new one.
+  if ((status_.goal - progress_goal_).norm() > 1.0) {
+    progress_goal_ = status_.goal;
+    nearest_to_go_m_ = std::numeric_limits<double>::infinity();
+  }
+  const double allowed_s =
+      options_.give_up_after_s + 3.0 * distance_to_go_m / options_.robot.max_speed_mps;
+  if (no_progress_s_ > allowed_s) {
+    Finish(NavigatorState::kGaveUp, "no progress, " + Metres(distance_to_go_m) + " to go");
+    return;
+  }
+
+  if (maneuver_ != Maneuver::kFollow) return;
+  const Pose2 moved = moved_from_.Inverse() * local_from_base;
+  if (!moved_at_ || moved.translation().norm() > kStillM || std::abs(moved.theta) > kStillRad) {
+    moved_at_ = now;
+    moved_from_ = local_from_base;
+  }
+  if ((local_from_base.translation() - maneuver_from_.translation()).norm() > kFreeAgainM) {
+    recoveries_ = 0;
+  }
+  const bool is_without_route =
+      route_.empty() && blocked_since_ && SecondsSince(now, *blocked_since_) > kWaitForRouteS;
+  if (is_without_route || SecondsSince(now, *moved_at_) > kWaitForObstacleS) {
+    StartRecovery(now, local_from_base);
+  }
+}
+
+void Navigator::StartRecovery(Instant now, const Pose2& local_from_base) {
+  if (recoveries_ >= kMaxRecoveries) {
+    const bool is_without_route = route_.empty();
+    Finish(NavigatorState::kGaveUp,
+           is_without_route ? "no way round what has been seen" : "the way is blocked");
+    return;
+  }
+  maneuver_ = recoveries_ % 2 == 0 ? Maneuver::kLookAround : Maneuver::kBackOut;
+  ++recoveries_;
+  maneuver_from_ = local_from_base;
+  last_heading_ = local_from_base.theta;
+  turned_rad_ = 0.0;
+  moved_at_ = now;
+  // What stood in rooms out of view may have gone; it is met again if it has not.
+  if (maneuver_ == Maneuver::kLookAround) planner_.ForgetSeen();
+}
+
+void Navigator::FollowAgain(Instant now) {
+  maneuver_ = Maneuver::kFollow;
+  follower_.Reset();
+  blocked_since_.reset();
+  moved_at_ = now;
+}
+
+Velocity Navigator::LookAround(const Pose2& local_from_base) {
+  turned_rad_ += std::abs(WrapAngle(local_from_base.theta - last_heading_));
+  last_heading_ = local_from_base.theta;
+  const double left = 2.0 * std::numbers::pi - turned_rad_;
+  if (left < 0.1) {
+    FollowAgain(*ticked_);
+    return {};
+  }
+  status_.detail = "looking around";
+  return {0.0, follower_.TurnRate(left)};
+}
+
+Velocity Navigator::BackOut(const Pose2& local_from_base) {
+  const double gone = (local_from_base.translation() - maneuver_from_.translation()).norm();
+  const double left = kBackOutM - gone;
+  const double look = left + monitor_.StoppingDistance(kBackOutMps);
+  const ArcView view = LookAlong(surroundings_, options_.robot, local_from_base, 0.0, -1, look,
+                                 options_.follower.margin_m);
+  if (left < 0.05 || std::min(view.free_m, view.seen_m) < look) {
+    FollowAgain(*ticked_);
+    return {};
+  }
+  status_.detail = "backing out";
+  return {-kBackOutMps, 0.0};
+}
+
+void Navigator::DropRoute() {
+  route_.clear();
+  route_goal_.reset();
+  planned_.reset();
+  plan_has_way_ = true;
+  follower_.Reset();
+}
+
+void Navigator::Finish(NavigatorState state, const std::string& detail) {
+  status_.state = state;
+  status_.stop_reason.clear();
+  status_.detail = detail;
+  status_.route.clear();
+  DropRoute();
+  maneuver_ = Maneuver::kFollow;
+}
+
+void Navigator::ReportStop(const std::string& reason, const std::string& detail) {
+  status_.state = NavigatorState::kStopped;
+  status_.stop_reason = reason;
+  status_.detail = detail;
+}
+
+}  // namespace beckon

@@ -1,0 +1,103 @@
+// Comes when called: from a CALL to velocities, round obstacles, and safely.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/floor_plan.hpp"
+#include "services/navigator/destination.hpp"
+#include "services/navigator/local_frame.hpp"
+#include "services/navigator/path_follower.hpp"
+#include "services/navigator/route_planner.hpp"
+#include "services/navigator/safety_monitor.hpp"
+#include "services/navigator/surroundings.hpp"
+#include "services/navigator/types.hpp"
+
+namespace beckon {
+
+struct NavigatorOptions {
+  RobotOptions robot;
+  SafetyOptions safety;
+  RouteOptions route;
+  FollowerOptions follower;
+  ArrivalOptions arrival;
+  double give_up_after_s =
+      60.0;  // without coming nearer, standing for the safety's sake not counted
+};
+
+// One call at a time. Inputs are handed in as they arrive, Tick() turns them into a command. All
+// times are passed in, so that it can be run at any pace. Inputs that make no sense throw
+// std::invalid_argument and otherwise count as what they are: a reason to stop.
+class Navigator {
+ public:
+  Navigator(const NavigatorOptions& options, const FloorPlan& plan);
+
+  void OnCall(Instant now, const Call& call);
+  void OnLocation(Instant now, const TagLocation& location);
+  void OnPose(Instant now, Utime utime, const Pose2& map_from_robot);
+  void OnOdometry(Instant now, Utime utime, const Pose2& odometry_from_robot);
+  void OnScan(Instant now, Scan scan);
+  void OnGrid(Instant now, SeenGrid grid);
+  // A message on SCAN or ROBOT_POSE that could not even be understood.
+  void OnInvalidScan(Instant now) { monitor_.OnInvalidScan(now); }
+  void OnInvalidPose(Instant now) { monitor_.OnInvalidPose(now); }
+
+  // To be called 20 times a second.
+  Velocity Tick(Instant now);
+
+  const NavigatorStatus& status() const { return status_; }
+  // The call that is being answered; nothing when there is none, or it has come to its end.
+  std::optional<Call> ActiveCall() const;
+
+ private:
+  // What it does to come free, in the order in which it is tried.
+  enum class Maneuver { kFollow, kLookAround, kBackOut };
+
+  Velocity Drive(Instant now, const Pose2& local_from_base);
+  Velocity LookAround(const Pose2& local_from_base);
+  Velocity BackOut(const Pose2& local_from_base);
+  void UpdateRoute(Instant now, const Pose2& map_from_base, const RouteGoal& goal);
+  bool IsRouteDue(Instant now, const RouteGoal& goal) const;
+  void WatchProgress(Instant now, double distance_to_go_m, const Pose2& local_from_base);
+  void StartRecovery(Instant now, const Pose2& local_from_base);
+  void FollowAgain(Instant now);
+  void DropRoute();
+  void Finish(NavigatorState state, const std::string& detail);
+  void ReportStop(const std::string& reason, const std::string& detail);
+
+  NavigatorOptions options_;
+  RoutePlanner planner_;
+  PathFollower follower_;
+  SafetyMonitor monitor_;
+  Surroundings surroundings_;
+  LocalFrame frame_;
+  Destination destination_;
+  NavigatorStatus status_;
+
+  std::optional<Instant> ticked_;
+  Utime scan_utime_ = 0;
+  std::optional<Pose2> map_from_local_;
+
+  std::vector<Eigen::Vector2d> route_;  // local frame; empty: none
+  std::optional<RouteGoal> route_goal_;
+  std::optional<Instant> planned_;
+  bool plan_has_way_ = true;
+
+  Maneuver maneuver_ = Maneuver::kFollow;
+  int recoveries_ = 0;
+  double turned_rad_ = 0.0;
+  Pose2 maneuver_from_;
+  double last_heading_ = 0.0;
+  std::optional<Instant> blocked_since_;
+  std::string blocked_by_;
+  std::optional<Instant> moved_at_;
+  Pose2 moved_from_;
+  double nearest_to_go_m_ = 0.0;
+  double no_progress_s_ = 0.0;
+  Eigen::Vector2d progress_goal_ = Eigen::Vector2d::Zero();
+};
+
+}  // namespace beckon

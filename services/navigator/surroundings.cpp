@@ -1,0 +1,187 @@
+#include "services/navigator/surroundings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace beckon {
+namespace {
+
+constexpr double kWindowSideM = 8.0;
+constexpr double kResolutionM = 0.05;
+constexpr double kRedrawAfterM = 1.0;
+constexpr std::uint8_t kFreeUpTo = 90;  // 45 %
+constexpr double kNothingNearM = 10.0;
+// The floor under the robot and a little round it counts as seen: it stands there.
+constexpr double kOwnPlaceM = 0.12;
+
+}  // namespace
+
+void Surroundings::SetGrid(SeenGrid grid, const Pose2& local_from_robot) {
+  local_from_grid_ = local_from_robot * grid.grid_from_robot.Inverse();
+  grid_ = std::move(grid);
+  is_changed_ = true;
+}
+
+void Surroundings::SetScan(Scan scan, const Pose2& local_from_robot) {
+  scan_ = std::move(scan);
+  local_from_scan_ = local_from_robot;
+  is_changed_ = true;
+}
+
+void Surroundings::Clear() {
+  grid_.reset();
+  scan_.reset();
+  is_changed_ = true;
+}
+
+void Surroundings::Update(const Pose2& local_from_base) {
+  const double half = 0.5 * kWindowSideM;
+  const Eigen::Vector2d middle = window_.origin + Eigen::Vector2d::Constant(half);
+  const bool has_left =
+      window_.size() == 0 || (local_from_base.translation() - middle).norm() > kRedrawAfterM;
+  if (!is_changed_ && !has_left) return;
+  is_changed_ = false;
+  // Whole cells, so that obstacles do not change shape with the robot's motion.
+  const Eigen::Vector2d corner = local_from_base.translation() - Eigen::Vector2d::Constant(half);
+  window_.resolution_m = kResolutionM;
+  window_.origin = kResolutionM * (corner / kResolutionM).array().floor().matrix();
+  window_.width = window_.height = static_cast<int>(kWindowSideM / kResolutionM);
+  seen_ = cv::Mat(window_.height, window_.width, CV_8UC1, cv::Scalar(0));
+  obstacles_ = cv::Mat(window_.height, window_.width, CV_8UC1, cv::Scalar(255));
+  if (grid_) DrawGrid();
+  if (scan_) DrawScan(local_from_base);
+
+  if (cv::countNonZero(obstacles_) == window_.size()) {
+    clearance_ = cv::Mat(window_.height, window_.width, CV_32FC1, cv::Scalar(kNothingNearM));
+  } else {
+    cv::distanceTransform(obstacles_, clearance_, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+    clearance_ *= kResolutionM;
+  }
+}
+
+void Surroundings::DrawGrid() {
+  const Pose2 grid_from_local = local_from_grid_.Inverse();
+  for (int row = 0; row < window_.height; ++row) {
+    for (int column = 0; column < window_.width; ++column) {
+      const int cell = grid_->grid.IndexAt(grid_from_local * window_.Centre(column, row));
+      if (cell < 0) continue;
+      const std::uint8_t occupancy = grid_->occupancy[static_cast<std::size_t>(cell)];
+      if (occupancy >= SeenGrid::kOccupiedFrom && occupancy != SeenGrid::kUnknown)
+        obstacles_.at<std::uint8_t>(row, column) = 0;
+      if (occupancy <= kFreeUpTo) seen_.at<std::uint8_t>(row, column) = 255;
+    }
+  }
+}
+
+void Surroundings::MarkOccupied(const Eigen::Vector2d& point) {
+  const int column = window_.Column(point.x());
+  const int row = window_.Row(point.y());
+  if (window_.Contains(column, row)) obstacles_.at<std::uint8_t>(row, column) = 0;
+}
+
+// Whether something that is known stands along this direction of the scan within the range.
+bool Surroundings::IsExplained(const Eigen::Vector2d& direction, double range_m) const {
+  for (double range = 0.0; range < range_m + kResolutionM; range += 0.5 * kResolutionM) {
+    const Eigen::Vector2d point = local_from_scan_ * Eigen::Vector2d(range * direction);
+    const int column = window_.Column(point.x());
+    const int row = window_.Row(point.y());
+    if (window_.Contains(column, row) && obstacles_.at<std::uint8_t>(row, column) == 0) return true;
+  }
+  return false;
+}
+
+void Surroundings::DrawScan(const Pose2& local_from_base) {
+  for (std::size_t ray = 0; ray < scan_->ranges_m.size(); ++ray) {
+    const double bearing = scan_->Bearing(ray);
+    const Eigen::Vector2d direction(std::cos(bearing), std::sin(bearing));
+    const double seen = scan_->ground_seen_m[ray];
+    for (double range = 0.0; range < seen; range += 0.5 * kResolutionM) {
+      const Eigen::Vector2d point = local_from_scan_ * Eigen::Vector2d(range * direction);
+      const int column = window_.Column(point.x());
+      const int row = window_.Row(point.y());
+      if (!window_.Contains(column, row)) break;
+      seen_.at<std::uint8_t>(row, column) = 255;
+    }
+    const double range = scan_->ranges_m[ray];
+    if (!std::isfinite(range)) continue;
+    if (seen > 0.0) {
+      MarkOccupied(local_from_scan_ * Eigen::Vector2d((range + 0.5 * kResolutionM) * direction));
+    } else if (!IsExplained(direction, range)) {
+      // It stands at this range or anywhere nearer, outside the robot: the nearest place is the one
+      // to reckon with.
+      MarkOccupied(local_from_scan_ * Eigen::Vector2d(range * direction));
+      for (double nearer = 0.0; nearer < range; nearer += kResolutionM) {
+        const Eigen::Vector2d point = local_from_scan_ * Eigen::Vector2d(nearer * direction);
+        if ((point - local_from_base.translation()).norm() < robot_.radius_m + kResolutionM)
+          continue;
+        MarkOccupied(point);
+        break;
+      }
+    }
+  }
+}
+
+double Surroundings::Clearance(const Eigen::Vector2d& point) const {
+  const int column = window_.Column(point.x());
+  const int row = window_.Row(point.y());
+  if (!window_.Contains(column, row)) return 0.0;
+  return clearance_.at<float>(row, column);
+}
+
+bool Surroundings::IsSeen(const Eigen::Vector2d& point) const {
+  const int column = window_.Column(point.x());
+  const int row = window_.Row(point.y());
+  return window_.Contains(column, row) && seen_.at<std::uint8_t>(row, column) != 0;
+}
+
+double Surroundings::NearestInScan(const Pose2& local_from_base) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  if (!scan_) return nearest;
+  for (std::size_t ray = 0; ray < scan_->ranges_m.size(); ++ray) {
+    const double range = scan_->ranges_m[ray];
+    if (!std::isfinite(range)) continue;
+    const double bearing = scan_->Bearing(ray);
+    const Eigen::Vector2d point =
+        local_from_scan_ * Eigen::Vector2d(range * std::cos(bearing), range * std::sin(bearing));
+    nearest = std::min(nearest, (point - local_from_base.translation()).norm());
+  }
+  return nearest;
+}
+
+ArcView LookAlong(const Surroundings& surroundings, const RobotOptions& robot,
+                  const Pose2& local_from_base, double curvature_per_m, int direction,
+                  double length_m, double margin_m) {
+  const double at_start = surroundings.Clearance(local_from_base.translation());
+  ArcView view{length_m, length_m, at_start - robot.radius_m};
+  double nearest_so_far = at_start;
+  Pose2 pose = local_from_base;
+  const double step = 0.5 * kResolutionM;
+  for (double way = step; way <= length_m; way += step) {
+    // Middle of the arc's piece: exact enough at steps of centimetres.
+    const double heading = pose.theta + 0.5 * direction * step * curvature_per_m;
+    pose.x += direction * step * std::cos(heading);
+    pose.y += direction * step * std::sin(heading);
+    pose.theta += direction * step * curvature_per_m;
+
+    const double clearance = surroundings.Clearance(pose.translation());
+    if (clearance < robot.radius_m + margin_m && clearance < nearest_so_far - 0.25 * kResolutionM) {
+      view.free_m = std::min(view.free_m, way - step);
+    }
+    nearest_so_far = std::min(nearest_so_far, std::max(clearance, 0.0));
+    view.clearance_m = std::min(view.clearance_m, clearance - robot.radius_m);
+
+    // The sides of the disc follow where its front has been: only the middle of the front has to be
+    // seen.
+    for (const double side : {-0.4, 0.0, 0.4}) {
+      const Eigen::Vector2d front =
+          pose * Eigen::Vector2d(direction * robot.radius_m, side * robot.radius_m);
+      if ((front - local_from_base.translation()).norm() < robot.radius_m + kOwnPlaceM) continue;
+      if (!surroundings.IsSeen(front)) view.seen_m = std::min(view.seen_m, way - step);
+    }
+    if (view.free_m < way && view.seen_m < way) break;
+  }
+  return view;
+}
+
+}  // namespace beckon

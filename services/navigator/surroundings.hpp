@@ -1,0 +1,69 @@
+// The few metres around the robot, as GRID remembers them and the newest SCAN shows them.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "services/navigator/types.hpp"
+
+namespace beckon {
+
+// All in the local frame: the odometry frame or, where there is no odometry, one that starts with
+// the program and follows the commands. It does not jump when the robot's place on the map is
+// corrected.
+class Surroundings {
+ public:
+  explicit Surroundings(const RobotOptions& robot) : robot_(robot) {}
+
+  void SetGrid(SeenGrid grid, const Pose2& local_from_robot);
+  void SetScan(Scan scan, const Pose2& local_from_robot);
+  void Clear();
+  // Draws the map around the robot anew if anything has changed since.
+  void Update(const Pose2& local_from_base);
+
+  // From a point to the nearest cell that is occupied, m; large where there is none around. 0
+  // outside the map.
+  double Clearance(const Eigen::Vector2d& point) const;
+  // Whether the floor at a point has been seen and nothing stands there.
+  bool IsSeen(const Eigen::Vector2d& point) const;
+  // From the middle of the disc to the nearest obstacle of the newest scan, m; inf where there is
+  // none.
+  double NearestInScan(const Pose2& local_from_base) const;
+
+  const std::optional<SeenGrid>& grid() const { return grid_; }
+  const Pose2& local_from_grid() const { return local_from_grid_; }
+
+ private:
+  void DrawGrid();
+  void DrawScan(const Pose2& local_from_base);
+  void MarkOccupied(const Eigen::Vector2d& point);
+  bool IsExplained(const Eigen::Vector2d& direction, double range_m) const;
+
+  RobotOptions robot_;
+  std::optional<SeenGrid> grid_;
+  Pose2 local_from_grid_;
+  std::optional<Scan> scan_;
+  Pose2 local_from_scan_;
+  bool is_changed_ = false;
+
+  GridGeometry window_;  // around the robot
+  cv::Mat seen_;         // CV_8UC1: non-zero where the floor was seen
+  cv::Mat obstacles_;    // CV_8UC1: zero where occupied
+  cv::Mat clearance_;    // CV_32FC1, m
+};
+
+// What lies along the arc that a velocity leads to.
+struct ArcView {
+  double free_m = 0.0;       // that the disc can go before it touches something
+  double seen_m = 0.0;       // that it can go before its front reaches floor that was not seen
+  double clearance_m = 0.0;  // least distance of the disc's edge to an obstacle on the way
+};
+// Follows the arc for `length_m`. `curvature_per_m`: positive to the left; `direction` +1 ahead, -1
+// back. The disc is taken `margin_m` larger, but may always move away from what it is already near
+// to.
+ArcView LookAlong(const Surroundings& surroundings, const RobotOptions& robot,
+                  const Pose2& local_from_base, double curvature_per_m, int direction,
+                  double length_m, double margin_m);
+
+}  // namespace beckon

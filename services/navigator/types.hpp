@@ -1,0 +1,93 @@
+// What the navigator works on, free of LCM.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "common/clock.hpp"
+#include "common/config.hpp"
+#include "common/frames.hpp"
+#include "common/grid.hpp"
+
+namespace beckon {
+
+// A body that is a disc on two driven wheels, turning about its centre. Base frame: origin at that
+// centre, axes as the robot frame.
+struct RobotOptions {
+  double radius_m = 0.25;
+  double centre_x_m =
+      0.0;  // of the disc, in the robot frame; negative where the camera sits in front
+  double max_speed_mps = 0.5;
+  double max_turn_radps = 1.0;
+  double max_acceleration_mps2 = 0.5;
+  double max_turn_acceleration_radps2 = 2.0;
+
+  Pose2 RobotFromBase() const { return {centre_x_m, 0.0, 0.0}; }
+};
+// Reads [robot].
+RobotOptions ReadRobotOptions(ConfigFile& file);
+
+struct Velocity {
+  double linear_mps = 0.0;     // forward positive
+  double angular_radps = 0.0;  // counter-clockwise positive
+};
+
+// A virtual laser scan; ray i at bearing first + i * step in the robot frame.
+struct Scan {
+  Utime utime = 0;
+  double first_bearing_rad = 0.0;
+  double bearing_step_rad = 0.0;
+  std::vector<float> ranges_m;       // inf: nothing within the visible ground; NaN: undetermined
+  std::vector<float> ground_seen_m;  // how far ground was seen without a break
+
+  double Bearing(std::size_t ray) const {
+    return first_bearing_rad + static_cast<double>(ray) * bearing_step_rad;
+  }
+};
+
+// What has been seen lately around the robot, in a frame that stands still on the floor.
+struct SeenGrid {
+  static constexpr std::uint8_t kUnknown = 255;
+  static constexpr std::uint8_t kOccupiedFrom =
+      140;  // 70 %: one phantom on seen floor stays below it
+  Utime utime = 0;
+  Pose2 grid_from_robot;                // at utime
+  GridGeometry grid;                    // origin (0, 0)
+  std::vector<std::uint8_t> occupancy;  // 0 = free ... 200 = occupied, or kUnknown
+};
+
+struct TagLocation {
+  Utime utime = 0;
+  std::string tag;
+  bool is_located = false;                               // the numbers below hold
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();    // m, map frame
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // m^2
+  double area_90_m2 = 0.0;
+};
+
+struct Call {
+  enum class Kind { kTag, kPoint, kCancel };
+  Kind kind = Kind::kCancel;
+  Utime utime = 0;
+  std::string tag;
+  Eigen::Vector2d point = Eigen::Vector2d::Zero();  // m, map frame
+};
+
+enum class NavigatorState { kIdle, kDriving, kStopped, kArrived, kGaveUp };
+
+struct NavigatorStatus {
+  NavigatorState state = NavigatorState::kIdle;
+  std::string stop_reason;  // of the list in README.md
+  std::string detail;
+  std::string tag;
+  bool has_goal = false;
+  Eigen::Vector2d goal = Eigen::Vector2d::Zero();  // m, map frame
+  double distance_to_go_m = 0.0;
+  double nearest_obstacle_m = std::numeric_limits<double>::infinity();  // from the disc's centre
+  std::vector<Eigen::Vector2d> route;                                   // m, map frame
+};
+
+}  // namespace beckon
