@@ -119,9 +119,9 @@ class HttpSource : public FrameSource {
 }  // namespace
 
 HttpUrl ParseHttpUrl(const std::string& url) {
-  constexpr std::string_view kScheme = "http://";
+  const std::string_view kScheme = url.starts_with("https://") ? "https://" : "http://";
   if (!url.starts_with(kScheme) || url.size() == kScheme.size()) {
-    throw SourceError("'" + url + "' is not an http:// address");
+    throw SourceError("'" + url + "' is not an http:// or https:// address");
   }
   const auto slash = url.find('/', kScheme.size());
   if (slash == std::string::npos) return {url, "/"};

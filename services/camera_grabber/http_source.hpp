@@ -17,9 +17,9 @@ std::unique_ptr<FrameSource> OpenHttpSource(const std::string& url, const Clock&
 
 inline constexpr std::chrono::seconds kMaxClockDifference{2};
 
-// The parts of http://host[:port]/path; throws SourceError for anything else.
+// The parts of http[s]://host[:port]/path; throws SourceError for anything else.
 struct HttpUrl {
-  std::string origin;  // http://host:port
+  std::string origin;  // http[s]://host:port
   std::string path;    // with the query
 };
 HttpUrl ParseHttpUrl(const std::string& url);

@@ -22,9 +22,12 @@ CameraGrabberOptions ReadCameraGrabberOptions(ConfigFile& file) {
   table.Optional("stall_s", options.stall_s, Range{0.1, 60.0});
 
   if (options.source == "network") {
-    const bool known = options.url.starts_with("http://") || options.url.starts_with("rtsp://");
-    if (!known)
-      table.Fail("url", "source = \"network\" needs a url that begins with http:// or rtsp://");
+    const bool known = options.url.starts_with("http://") || options.url.starts_with("https://") ||
+                       options.url.starts_with("rtsp://");
+    if (!known) {
+      table.Fail("url",
+                 "source = \"network\" needs a url that begins with http://, https:// or rtsp://");
+    }
   }
   if ((options.source == "video" || options.source == "folder") && options.playback.path.empty()) {
     table.Fail("path", "source = \"" + options.source + "\" needs a path");

@@ -60,7 +60,6 @@ struct Skin {
   // Light per face along its length, or round a cylinder; and for walls the tile.
   std::array<std::vector<float>, kMaxCorners> light;
   std::array<std::vector<std::uint8_t>, kMaxCorners> wall_tile;
-  float top_light = 1.0F;
 };
 
 Body BodyOf(const Solid& solid) {
@@ -176,7 +175,10 @@ class Renderer::Impl {
 
   // Of the frame in work.
   Pose2 map_from_robot_;
-  std::vector<Solid> solids_;  // robot frame
+  float cosine_ = 1.0F;  // of its heading
+  float sine_ = 0.0F;
+  float map_x_ = 0.0F;  // its place in the floor's picture, m
+  float map_y_ = 0.0F;
   std::vector<Body> bodies_;
   std::vector<Skin> people_skins_;
   std::size_t first_person_ = 0;
@@ -393,13 +395,11 @@ Hit Renderer::Impl::Trace(const Ray& ray) const {
 
 Colour Renderer::Impl::ShadeFloor(float x, float y, const Footprint& footprint, float along_x,
                                   float along_y) const {
-  const auto cosine = static_cast<float>(std::cos(map_from_robot_.theta));
-  const auto sine = static_cast<float>(std::sin(map_from_robot_.theta));
-  const auto map_x = static_cast<float>(map_from_robot_.x - world_.min.x()) + cosine * x - sine * y;
-  const auto map_y = static_cast<float>(map_from_robot_.y - world_.min.y()) + sine * x + cosine * y;
+  const float map_x = map_x_ + cosine_ * x - sine_ * y;
+  const float map_y = map_y_ + sine_ * x + cosine_ * y;
   Colour colour =
-      SampleFootprint(*floor_, footprint, map_x, map_y, cosine * along_x - sine * along_y,
-                      sine * along_x + cosine * along_y);
+      SampleFootprint(*floor_, footprint, map_x, map_y, cosine_ * along_x - sine_ * along_y,
+                      sine_ * along_x + cosine_ * along_y);
   // What moves brings its shadow along; that of the rest is painted.
   for (std::size_t i = first_person_; i < bodies_.size(); ++i) {
     const float dx = x - bodies_[i].centre_x;
@@ -475,22 +475,15 @@ Colour Renderer::Impl::ShadeTop(const Ray& ray, const Hit& hit) const {
   const Skin& skin = solid < first_person_ ? skins_[solid] : people_skins_[solid - first_person_];
   const int tile = skin.tile >= 0 ? skin.tile : clothes_tile_ + 2;
   const MipImage& picture = tiles_[static_cast<std::size_t>(tile)];
-  const Eigen::Vector2d point =
-      map_from_robot_ * Eigen::Vector2d(static_cast<double>(hit.range * ray.x),
-                                        static_cast<double>(hit.range * ray.y));
-  const Eigen::Vector2d along(std::cos(map_from_robot_.theta) * static_cast<double>(ray.x) -
-                                  std::sin(map_from_robot_.theta) * static_cast<double>(ray.y),
-                              std::sin(map_from_robot_.theta) * static_cast<double>(ray.x) +
-                                  std::cos(map_from_robot_.theta) * static_cast<double>(ray.y));
+  const float x = map_x_ + hit.range * (cosine_ * ray.x - sine_ * ray.y);
+  const float y = map_y_ + hit.range * (sine_ * ray.x + cosine_ * ray.y);
   const double drop_m = std::max(0.02, static_cast<double>(height_ - bodies_[solid].height));
   const double distance_m = std::hypot(drop_m, static_cast<double>(hit.range));
   const double pixel_m = distance_m / camera_.fx;
   const Footprint footprint = FootprintFor(pixel_m, std::min(0.5, pixel_m * distance_m / drop_m),
                                            picture.texel_m(), picture.levels());
-  return SampleFootprint(picture, footprint, static_cast<float>(point.x()) + skin.phase,
-                         static_cast<float>(point.y()), static_cast<float>(along.x()),
-                         static_cast<float>(along.y())) *
-         skin.top_light;
+  return SampleFootprint(picture, footprint, x + skin.phase, y, cosine_ * ray.x - sine_ * ray.y,
+                         sine_ * ray.x + cosine_ * ray.y);
 }
 
 Colour Renderer::Impl::Shade(const Ray& ray, const Hit& hit) const {
@@ -531,6 +524,10 @@ void Renderer::Impl::AddNoise(std::uint64_t frame, cv::Mat& image) const {
 cv::Mat Renderer::Impl::Render(const Pose2& map_from_robot, const std::vector<Solid>& people,
                                std::uint64_t frame, cv::Mat* labels) {
   map_from_robot_ = map_from_robot;
+  cosine_ = static_cast<float>(std::cos(map_from_robot.theta));
+  sine_ = static_cast<float>(std::sin(map_from_robot.theta));
+  map_x_ = static_cast<float>(map_from_robot.x - world_.min.x());
+  map_y_ = static_cast<float>(map_from_robot.y - world_.min.y());
   const Pose2 robot_from_map = map_from_robot.Inverse();
   bodies_.clear();
   people_skins_.clear();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 namespace beckon::simulation {
@@ -272,13 +273,20 @@ Colour Albedo(const Look& look, float x, float y, bool wraps) {
 MipImage::MipImage(const cv::Mat& image, double texel_m, bool wraps)
     : texel_m_(texel_m), wraps_(wraps) {
   CV_Assert(image.type() == CV_8UC4);
-  levels_.push_back({image, static_cast<float>(1.0 / texel_m)});
+  AddLevel(image, texel_m);
   // Only sides that halve exactly: otherwise far texture would drift against near texture.
   while (levels_.back().image.cols % 2 == 0 && levels_.back().image.rows % 2 == 0) {
     cv::Mat half;
     cv::resize(levels_.back().image, half, {}, 0.5, 0.5, cv::INTER_AREA);
-    levels_.push_back({half, 0.5F * levels_.back().texels_per_m});
+    texel_m *= 2.0;
+    AddLevel(half, texel_m);
   }
+}
+
+void MipImage::AddLevel(const cv::Mat& image, double texel_m) {
+  levels_.push_back({image, image.ptr<std::uint32_t>(),
+                     static_cast<int>(image.step / sizeof(std::uint32_t)), image.cols - 1,
+                     image.rows - 1, static_cast<float>(1.0 / texel_m)});
 }
 
 MipImage MipImage::Tile(const Look& look) {
@@ -299,29 +307,29 @@ MipImage MipImage::Tile(const Look& look) {
 
 std::uint32_t MipImage::Sample(int level, float x, float y) const {
   const Level& mip = levels_[static_cast<std::size_t>(level)];
-  const float u = x * mip.texels_per_m - 0.5F;
-  const float v = y * mip.texels_per_m - 0.5F;
-  const float u0 = std::floor(u);
-  const float v0 = std::floor(v);
-  const auto a = static_cast<std::uint32_t>((u - u0) * 256.0F);
-  const auto b = static_cast<std::uint32_t>((v - v0) * 256.0F);
-  int i0 = static_cast<int>(u0);
-  int j0 = static_cast<int>(v0);
+  // In 1/256 of a texel; the shift rounds down on both sides of zero, which costs less than
+  // floor().
+  const auto u = static_cast<std::int32_t>(256.0F * (x * mip.texels_per_m - 0.5F));
+  const auto v = static_cast<std::int32_t>(256.0F * (y * mip.texels_per_m - 0.5F));
+  const auto a = static_cast<std::uint32_t>(u & 0xff);
+  const auto b = static_cast<std::uint32_t>(v & 0xff);
+  int i0 = u >> 8;
+  int j0 = v >> 8;
   int i1 = i0 + 1;
   int j1 = j0 + 1;
-  if (wraps_) {
-    i0 &= mip.image.cols - 1;
-    i1 &= mip.image.cols - 1;
-    j0 &= mip.image.rows - 1;
-    j1 &= mip.image.rows - 1;
+  if (wraps_) {  // the sides are powers of two
+    i0 &= mip.last_column;
+    i1 &= mip.last_column;
+    j0 &= mip.last_row;
+    j1 &= mip.last_row;
   } else {
-    i0 = std::clamp(i0, 0, mip.image.cols - 1);
-    i1 = std::clamp(i1, 0, mip.image.cols - 1);
-    j0 = std::clamp(j0, 0, mip.image.rows - 1);
-    j1 = std::clamp(j1, 0, mip.image.rows - 1);
+    i0 = std::clamp(i0, 0, mip.last_column);
+    i1 = std::clamp(i1, 0, mip.last_column);
+    j0 = std::clamp(j0, 0, mip.last_row);
+    j1 = std::clamp(j1, 0, mip.last_row);
   }
-  const auto* row0 = mip.image.ptr<std::uint32_t>(j0);
-  const auto* row1 = mip.image.ptr<std::uint32_t>(j1);
+  const std::uint32_t* row0 = mip.texels + static_cast<std::ptrdiff_t>(j0) * mip.stride;
+  const std::uint32_t* row1 = mip.texels + static_cast<std::ptrdiff_t>(j1) * mip.stride;
   // Two channels at a time, in 16-bit halves of a word.
   const auto blend = [](std::uint32_t p, std::uint32_t q, std::uint32_t weight) {
     const std::uint32_t even = ((p & 0xff00ffU) * (256U - weight) + (q & 0xff00ffU) * weight) >> 8;
@@ -335,9 +343,10 @@ std::uint32_t MipImage::Sample(int level, float x, float y) const {
 Footprint FootprintFor(double minor_m, double major_m, double texel_m, int levels) {
   // Never more than kMaxTaps lookups: what is longer is blurred across as well.
   const double finest_m = std::max(minor_m, major_m / kMaxTaps);
-  const double exact = std::log2(std::max(1.0, finest_m / texel_m));
-  const int level = std::clamp(static_cast<int>(std::lround(exact)), 0, levels - 1);
-  const double level_m = texel_m * std::pow(2.0, level);
+  // The level whose texels come nearest in size; sqrt(1/2) rounds the logarithm.
+  const int exponent = std::ilogb(std::max(1.0, finest_m / texel_m) / std::numbers::sqrt2 * 2.0);
+  const int level = std::clamp(exponent, 0, levels - 1);
+  const double level_m = std::ldexp(texel_m, level);
   const int taps = std::clamp(static_cast<int>(std::lround(major_m / level_m)), 1, kMaxTaps);
   return {static_cast<std::uint8_t>(level), static_cast<std::uint8_t>(taps),
           static_cast<float>(major_m / taps)};

@@ -65,9 +65,15 @@ class MipImage {
 
  private:
   struct Level {
-    cv::Mat image;
+    cv::Mat image;  // owns the texels
+    const std::uint32_t* texels;
+    int stride;  // texels from row to row
+    int last_column;
+    int last_row;
     float texels_per_m;
   };
+  void AddLevel(const cv::Mat& image, double texel_m);
+
   double texel_m_;
   bool wraps_;
   std::vector<Level> levels_;
