@@ -11,18 +11,57 @@ constexpr float kGroundNovelty = 0.03F;    // probability that ground has a colo
 constexpr float kNotGroundNovelty = 0.5F;  // the same for all else
 constexpr float kNovelDensity = 1.0F / 1500.0F;  // of a new colour in a bin; most bins never occur
 
+constexpr float kShadowChroma = 0.05F;   // share of all ground that a hue needs to cast shadows on
+constexpr float kDarkestShadow = 0.45F;  // light in a shadow, over light beside it
+constexpr float kShadowLogRatio = -0.2F;
+
+// Bins of an opponent colour widen with the square root, as pale colours differ by little and
+// strong ones by much.
+int OpponentBin(float opponent, int bins) {
+  const int root = static_cast<int>(std::lround(2.0F * std::sqrt(std::abs(opponent))));
+  return std::clamp((opponent < 0.0F ? -root : root) + bins / 2, 0, bins - 1);
+}
+
+float Intensity(const cv::Vec3b& bgr) {
+  return static_cast<float>(bgr[0] + bgr[1] + bgr[2]) / 3.0F;
+}
+
+// Red against green, and both against blue.
+cv::Vec2f Opponents(const cv::Vec3b& bgr) {
+  const auto b = static_cast<float>(bgr[0]);
+  const auto g = static_cast<float>(bgr[1]);
+  const auto r = static_cast<float>(bgr[2]);
+  return {r - g, 0.5F * (r + g) - b};
+}
+
 }  // namespace
 
 int ColourModel::Bin(const cv::Vec3b& bgr) {
-  const int b = bgr[0];
-  const int g = bgr[1];
-  const int r = bgr[2];
-  const int intensity = (b + g + r) / 3 * kIntensityBins / 256;
-  // Red against green and both against blue, 5 grey levels a bin: what differs by more is rare.
-  const int red_green = std::clamp((r - g) / 5 + kOpponentBins / 2, 0, kOpponentBins - 1);
-  const int yellow_blue =
-      std::clamp(((r + g) / 2 - b) / 5 + kOpponentBins / 2, 0, kOpponentBins - 1);
-  return (intensity * kOpponentBins + red_green) * kOpponentBins + yellow_blue;
+  const int intensity = static_cast<int>(Intensity(bgr)) * kIntensityBins / 256;
+  const cv::Vec2f opponents = Opponents(bgr);
+  return (intensity * kOpponentBins + OpponentBin(opponents[0], kOpponentBins)) * kOpponentBins +
+         OpponentBin(opponents[1], kOpponentBins);
+}
+
+int ColourModel::ChromaBin(const cv::Vec3b& bgr) {
+  // As they would be at medium light.
+  const cv::Vec2f opponents = Opponents(bgr) * (128.0F / std::max(Intensity(bgr), 1.0F));
+  return OpponentBin(opponents[0], kOpponentBins) * kOpponentBins +
+         OpponentBin(opponents[1], kOpponentBins);
+}
+
+void ColourModel::AddGround(const cv::Vec3b& bgr) {
+  Add(ground_, bgr);
+  const auto bin = static_cast<std::size_t>(ChromaBin(bgr));
+  chroma_[bin] += 1.0F;
+  chroma_light_[bin] += Intensity(bgr);
+}
+
+bool ColourModel::MayBeShadow(const cv::Vec3b& bgr) const {
+  const auto bin = static_cast<std::size_t>(ChromaBin(bgr));
+  if (chroma_[bin] < kShadowChroma * ground_.total) return false;
+  const float light = Intensity(bgr) / (chroma_light_[bin] / chroma_[bin]);
+  return light > kDarkestShadow && light < 1.0F;
 }
 
 void ColourModel::Add(Histogram& histogram, const cv::Vec3b& bgr) {
@@ -64,6 +103,8 @@ void ColourModel::EndFrame() {
     histogram->total *= kForgetting;
     Smooth(*histogram);
   }
+  for (float& count : chroma_) count *= kForgetting;
+  for (float& sum : chroma_light_) sum *= kForgetting;
 }
 
 float ColourModel::LogRatio(const cv::Vec3b& bgr) const {
@@ -73,7 +114,8 @@ float ColourModel::LogRatio(const cv::Vec3b& bgr) const {
     return (1.0F - novelty) * seen + novelty * kNovelDensity;
   };
   const float ratio = density(ground_, kGroundNovelty) / density(not_ground_, kNotGroundNovelty);
-  return std::clamp(std::log(ratio), -kLimit, kLimit);
+  const float log_ratio = std::clamp(std::log(ratio), -kLimit, kLimit);
+  return log_ratio < kShadowLogRatio && MayBeShadow(bgr) ? kShadowLogRatio : log_ratio;
 }
 
 }  // namespace beckon

@@ -15,6 +15,7 @@ namespace {
 
 constexpr float kNarrowRadiusPx = 4.0F;  // around where motion says that a feature is
 constexpr double kPixelSigma = 0.5;      // of a FAST corner, which has whole pixels
+constexpr float kUnsure = 0.7F;          // log-odds; a probability from 1/3 to 2/3
 constexpr double kDarkGrey = 8.0;        // mean grey level below which nothing can be seen
 
 class Stopwatch {
@@ -45,12 +46,15 @@ Pose2 Scaled(const Pose2& velocity, double seconds) {
 }  // namespace
 
 const std::vector<std::string>& DetectorParts() {
-  static const std::vector<std::string> parts = {"parallax", "colour", "history", "borders"};
+  static const std::vector<std::string> parts = {"alignment", "parallax", "colour", "history",
+                                                 "borders"};
   return parts;
 }
 
 void LeaveOut(const std::string& part, GroundDetectorOptions& options) {
-  if (part == "parallax") {
+  if (part == "alignment") {
+    options.use_alignment = false;
+  } else if (part == "parallax") {
     options.use_parallax = false;
   } else if (part == "colour") {
     options.classifier.colour_weight = 0.0F;
@@ -136,6 +140,7 @@ cv::Mat GroundDetector::TakenFromIdeal(const cv::Mat& labels) const {
 void GroundDetector::Restart() {
   memory_.clear();
   tracks_.clear();
+  velocity_ = {};
   velocity_known_ = false;
   before_from_now_.reset();
 }
@@ -257,8 +262,40 @@ FeatureClass GroundDetector::Classify(const Track& track, const cv::Point2f& pix
   return FeatureClass::kGround;
 }
 
-void GroundDetector::FollowFeatures(const std::vector<Feature>& features, Utime utime,
-                                    GroundFrame& result) {
+// Corners give the motion roughly whatever it is, brightness finely once it is known roughly. Where
+// there are no corners to speak of, brightness is asked alone, and has to be sure of its answer.
+PoseEstimate GroundDetector::Align(const PoseEstimate& from_features, const GreyPyramid& pyramid,
+                                   double dt_s) const {
+  const Memory& last = memory_.back();
+  const bool have_features = from_features.status == MotionStatus::kOk;
+  const Pose2 predicted = have_features
+                              ? last.odometry_from_robot.Inverse() * from_features.frame_from_robot
+                              : Scaled(velocity_, dt_s);
+  const Alignment alignment = AlignGround(options_.camera, pyramid, last.pyramid, expected_ground_,
+                                          predicted, !have_features, options_.alignment);
+  const double height = options_.camera.height_m;
+  const Pose2 change = predicted.Inverse() * alignment.before_from_now;
+  const double sigma_m = std::sqrt(alignment.covariance.topLeftCorner<2, 2>().trace());
+  const double sigma_rad = std::sqrt(alignment.covariance(2, 2));
+  const bool sure = alignment.ok && sigma_m < 0.01 * height && sigma_rad < 0.005;
+  const bool possible =
+      have_features
+          ? change.translation().norm() < 0.05 * height && std::abs(change.theta) < 0.02
+          : alignment.before_from_now.translation().norm() < 1.5 * options_.max_speed_mps * dt_s &&
+                std::abs(alignment.before_from_now.theta) < 1.5 * options_.max_turn_radps * dt_s;
+  if (!sure || !possible) return from_features;
+  PoseEstimate estimate = from_features;
+  estimate.status = MotionStatus::kOk;
+  estimate.frame_from_robot = last.odometry_from_robot * alignment.before_from_now;
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  const double theta = last.odometry_from_robot.theta;
+  turn.topLeftCorner<2, 2>() << std::cos(theta), -std::sin(theta), std::sin(theta), std::cos(theta);
+  estimate.covariance = turn * alignment.covariance * turn.transpose();
+  return estimate;
+}
+
+void GroundDetector::FollowFeatures(const std::vector<Feature>& features,
+                                    const GreyPyramid& pyramid, Utime utime, GroundFrame& result) {
   Pose2 pose;
   std::vector<TrackMatch> matches;
   before_from_now_.reset();
@@ -273,6 +310,7 @@ void GroundDetector::FollowFeatures(const std::vector<Feature>& features, Utime 
       matches = MatchNarrow(features, estimate.frame_from_robot);
       estimate = LocateFrom(matches, features, estimate.frame_from_robot, used);
     }
+    if (options_.use_alignment) estimate = Align(estimate, pyramid, dt_s);
     result.motion.status = estimate.status;
     result.motion.inliers = estimate.inliers;
     if (estimate.status == MotionStatus::kOk) {
@@ -313,13 +351,13 @@ void GroundDetector::FollowFeatures(const std::vector<Feature>& features, Utime 
     tracks_.push_back(
         {features[i].descriptor, {{number_, features[i].pixel}}, FeatureClass::kUndetermined});
   }
-  memory_.push_back({number_, utime, pose, {}});
+  memory_.push_back({number_, utime, pose, pyramid});
   Forget(utime);
 }
 
 // Evidence of two earlier frames: one near in place, for what is close by and has left older
 // pictures, and the one farthest away, for the distance.
-cv::Mat GroundDetector::Evidence(const cv::Mat& grey_half) const {
+cv::Mat GroundDetector::Evidence() const {
   const Pose2 now = memory_.back().odometry_from_robot;
   const double height = options_.camera.height_m;
   const Memory* near = nullptr;
@@ -337,7 +375,7 @@ cv::Mat GroundDetector::Evidence(const cv::Mat& grey_half) const {
   for (const Memory* memory : {near, far}) {
     if (memory == nullptr || (memory == far && far == near)) continue;
     const cv::Mat one =
-        GroundEvidence(options_.camera, grey_half, memory->grey_half,
+        GroundEvidence(options_.camera, memory_.back().pyramid[0], memory->pyramid[0],
                        memory->odometry_from_robot.Inverse() * now, cells_, options_.parallax);
     evidence = evidence.empty() ? one : cv::Mat(evidence + one);
   }
@@ -381,19 +419,18 @@ GroundFrame GroundDetector::Process(const cv::Mat& bgr, Utime utime) {
   auto segmenting = std::async(std::launch::async, [&] {
     Stopwatch watch;
     cv::resize(ideal, small, cells_, 0.0, 0.0, cv::INTER_AREA);
-    Segmentation segments = MeanShiftSegments(HsiFromBgr(small), options_.mean_shift);
+    Segmentation segments = MeanShiftSegments(
+        HsiFromBgr(small, options_.mean_shift.colourless_saturation), options_.mean_shift);
     result.ms.segmentation = watch.Lap();
     return segments;
   });
   Stopwatch watch;
-  cv::Mat grey_half;
-  cv::resize(grey, grey_half, {}, 0.5, 0.5, cv::INTER_AREA);
+  const GreyPyramid pyramid = MakePyramid(grey);
   const std::vector<Feature> features = DetectFeatures(grey, options_.features);
   result.ms.features = watch.Lap();
-  FollowFeatures(features, utime, result);
+  FollowFeatures(features, pyramid, utime, result);
   result.ms.motion = watch.Lap();
-  memory_.back().grey_half = grey_half;
-  const cv::Mat evidence = options_.use_parallax ? Evidence(grey_half) : cv::Mat();
+  const cv::Mat evidence = options_.use_parallax ? Evidence() : cv::Mat();
   result.ms.parallax = watch.Lap();
   const Segmentation segments = segmenting.get();
   watch.Lap();
@@ -410,23 +447,29 @@ GroundFrame GroundDetector::Process(const cv::Mat& bgr, Utime utime) {
   }
   const cv::Mat log_odds =
       classifier_.Update({segments, small, evidence, above_horizon_, near_, cells_before_from_now});
+  expected_ground_ = log_odds > kUnsure;
   result.ms.classification = watch.Lap();
 
-  // What is undetermined in the small picture stays so, up to the border of the ground.
-  constexpr double kSure = 0.8;
-  cv::Mat ground = log_odds > kSure;
+  // Undetermined is what has no clear log-odds over some area; between ground and not, the log-odds
+  // pass through 0 as well, but there the border decides.
+  cv::Mat ground = log_odds > 0.0F;
+  cv::Mat unsure = cv::abs(log_odds) <= kUnsure;
+  cv::morphologyEx(unsure, unsure, cv::MORPH_OPEN, cv::Mat::ones(3, 3, CV_8UC1));
+  ground.setTo(0, unsure);
   if (options_.use_borders) {
     ground = RefineBorders(ideal, ground, options_.borders);
   } else {
     cv::resize(ground, ground, ideal.size(), 0.0, 0.0, cv::INTER_NEAREST);
   }
-  cv::Mat unsure;
-  cv::resize(cv::abs(log_odds) <= kSure, unsure, ideal.size(), 0.0, 0.0, cv::INTER_NEAREST);
+  cv::resize(unsure, unsure, ideal.size(), 0.0, 0.0, cv::INTER_NEAREST);
   cv::Mat labels(ideal.size(), CV_8UC1, cv::Scalar(kNotGround));
   labels.setTo(kUndetermined, unsure);
   labels.setTo(kGround, ground);
   labels.setTo(kNotGround, not_below_horizon_);
   result.labels = TakenFromIdeal(labels);
+  result.segments = segments;
+  result.evidence = evidence;
+  result.log_odds = log_odds;
   for (ClassifiedFeature& feature : result.features) {
     if (!camera.has_distortion()) break;
     const Eigen::Vector2f taken =

@@ -13,6 +13,7 @@
 #include "common/frames.hpp"
 #include "common/ground_camera.hpp"
 #include "common/label_runs.hpp"
+#include "services/ground_detector/alignment.hpp"
 #include "services/ground_detector/borders.hpp"
 #include "services/ground_detector/features.hpp"
 #include "services/ground_detector/mean_shift.hpp"
@@ -33,16 +34,18 @@ struct GroundDetectorOptions {
   FeatureOptions features;
   TrackerOptions tracker;
   MotionOptions motion;
+  AlignmentOptions alignment;
   ParallaxOptions parallax;
   MeanShiftOptions mean_shift;
   ClassifierOptions classifier;
   BorderOptions borders;
+  bool use_alignment = true;
   bool use_parallax = true;
   bool use_borders = true;  // else the labels have the borders of the segments
 };
 
-// Parts that can be left out, to see what each is good for: "parallax", "colour", "history" and
-// "borders".
+// Parts that can be left out, to see what each is good for: "alignment", "parallax", "colour",
+// "history" and "borders".
 const std::vector<std::string>& DetectorParts();
 // Throws std::invalid_argument for a name that is not one of DetectorParts().
 void LeaveOut(const std::string& part, GroundDetectorOptions& options);
@@ -75,6 +78,11 @@ struct GroundFrame {
   double pitch_rad = 0.0;  // as in ground_t
   double roll_rad = 0.0;
   std::vector<ClassifiedFeature> features;
+  // The small picture, in ideal pixels: its segments, what parallax says (empty without), and the
+  // log-odds of ground that follow. Empty for a dark frame.
+  Segmentation segments;
+  cv::Mat evidence;  // CV_32FC1
+  cv::Mat log_odds;  // CV_32FC1
   StageTimes ms;
 };
 
@@ -93,13 +101,14 @@ class GroundDetector {
     std::int64_t number = 0;
     Utime utime = 0;
     Pose2 odometry_from_robot;
-    cv::Mat grey_half;
+    GreyPyramid pyramid;
   };
 
   void Restart();
   void Forget(Utime utime);
   const Memory* Remembered(std::int64_t number) const;
-  void FollowFeatures(const std::vector<Feature>& features, Utime utime, GroundFrame& result);
+  void FollowFeatures(const std::vector<Feature>& features, const GreyPyramid& pyramid, Utime utime,
+                      GroundFrame& result);
   std::vector<TrackMatch> MatchWide(const std::vector<Feature>& features, double dt_s) const;
   std::vector<TrackMatch> MatchNarrow(const std::vector<Feature>& features,
                                       const Pose2& pose) const;
@@ -108,7 +117,9 @@ class GroundDetector {
                           std::vector<std::size_t>& used) const;
   std::vector<cv::Point2f> Predict(const Track& track, const Pose2& pose) const;
   FeatureClass Classify(const Track& track, const cv::Point2f& pixel, const Pose2& pose) const;
-  cv::Mat Evidence(const cv::Mat& grey_half) const;
+  PoseEstimate Align(const PoseEstimate& from_features, const GreyPyramid& pyramid,
+                     double dt_s) const;
+  cv::Mat Evidence() const;
   cv::Mat IdealFromTaken(const cv::Mat& bgr) const;
   cv::Mat TakenFromIdeal(const cv::Mat& labels) const;
 
@@ -128,6 +139,7 @@ class GroundDetector {
   Pose2 velocity_;  // motion per second, for prediction
   bool velocity_known_ = false;
   std::optional<Pose2> before_from_now_;  // motion of the newest frame, for the classifier
+  cv::Mat expected_ground_;               // CV_8UC1 of cells_, where ground was in the last frame
   SegmentClassifier classifier_;
 };
 

@@ -9,67 +9,80 @@
 namespace beckon {
 namespace {
 
-constexpr float kColourlessBelow = 0.1F;
+constexpr float kDarkBelow = 0.1F;
 
-// Shortest way round the circle from b to a; the full difference where either has no hue.
-float HueDifference(float a, float b) {
-  const float difference = a - b;
-  if (a > 1.0F || b > 1.0F) return difference;
-  return difference - std::round(difference);
+// Intensity and the chroma plane, in which saturation is the radius and hue the angle: a hue counts
+// by how much of it there is, and what is colourless lies in the middle, apart from all hues.
+cv::Mat ConeFromHsi(const cv::Mat& hsi) {
+  cv::Mat cone(hsi.size(), CV_32FC3);
+  for (int v = 0; v < hsi.rows; ++v) {
+    for (int u = 0; u < hsi.cols; ++u) {
+      const auto& cell = hsi.at<cv::Vec3f>(v, u);
+      const bool colourless = cell[0] == kColourlessHue;
+      const float angle = 2.0F * std::numbers::pi_v<float> * cell[0];
+      const float radius = colourless ? 0.0F : cell[1];
+      cone.at<cv::Vec3f>(v, u) = {radius * std::cos(angle), radius * std::sin(angle), cell[2]};
+    }
+  }
+  return cone;
 }
 
-// Texture that is left at this scale, from the picture's highest frequency: the median step between
-// neighbours.
-float MedianStep(const cv::Mat& hsi) {
-  std::vector<float> steps;
-  steps.reserve(hsi.total());
-  for (int v = 0; v < hsi.rows; ++v) {
-    const auto* row = hsi.ptr<cv::Vec3f>(v);
-    for (int u = 1; u < hsi.cols; ++u) steps.push_back(std::abs(row[u][2] - row[u - 1][2]));
-  }
-  if (steps.empty()) return 0.0F;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
+float Median(std::vector<float>& values) {
+  if (values.empty()) return 0.0F;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
-// Moves every cell's colour to the mode that it belongs to.
-cv::Mat FindModes(const cv::Mat& hsi, float intensity_radius, const MeanShiftOptions& options) {
-  cv::Mat modes(hsi.size(), CV_32FC3);
+// One over the radii of the kernel, for each channel of the cone.
+cv::Vec3f InverseRadii(const cv::Mat& cone, const MeanShiftOptions& options) {
+  std::vector<float> chroma;
+  std::vector<float> intensity;
+  for (int v = 0; v < cone.rows; ++v) {
+    const auto* row = cone.ptr<cv::Vec3f>(v);
+    for (int u = 1; u < cone.cols; ++u) {
+      const cv::Vec3f step = row[u] - row[u - 1];
+      chroma.push_back(std::hypot(step[0], step[1]));
+      intensity.push_back(std::abs(step[2]));
+    }
+  }
+  const auto inverse = [](const Bandwidth& bandwidth, std::vector<float>& steps) {
+    return 1.0F / std::clamp(bandwidth.gain * Median(steps), bandwidth.min, bandwidth.max);
+  };
+  const float chroma_inverse = inverse(options.chroma, chroma);
+  return {chroma_inverse, chroma_inverse, inverse(options.intensity, intensity)};
+}
+
+// Moves every cell's colour to the mode that it belongs to. `cone` is in units of the kernel's
+// radii.
+cv::Mat FindModes(const cv::Mat& cone, const MeanShiftOptions& options) {
+  cv::Mat modes(cone.size(), CV_32FC3);
   const auto space = static_cast<float>(options.space_cells);
-  cv::parallel_for_(cv::Range(0, hsi.rows), [&](const cv::Range& range) {
+  cv::parallel_for_(cv::Range(0, cone.rows), [&](const cv::Range& range) {
     for (int v = range.start; v < range.end; ++v) {
-      for (int u = 0; u < hsi.cols; ++u) {
+      for (int u = 0; u < cone.cols; ++u) {
         float x = static_cast<float>(u);
         float y = static_cast<float>(v);
-        cv::Vec3f colour = hsi.at<cv::Vec3f>(v, u);
+        cv::Vec3f colour = cone.at<cv::Vec3f>(v, u);
         for (int iteration = 0; iteration < options.iterations; ++iteration) {
           const int left = std::max(static_cast<int>(std::ceil(x - space)), 0);
-          const int right = std::min(static_cast<int>(x + space), hsi.cols - 1);
+          const int right = std::min(static_cast<int>(x + space), cone.cols - 1);
           const int top = std::max(static_cast<int>(std::ceil(y - space)), 0);
-          const int bottom = std::min(static_cast<int>(y + space), hsi.rows - 1);
+          const int bottom = std::min(static_cast<int>(y + space), cone.rows - 1);
           float sum_x = 0.0F;
           float sum_y = 0.0F;
           cv::Vec3f sum(0.0F, 0.0F, 0.0F);
           float count = 0.0F;
           for (int row = top; row <= bottom; ++row) {
-            const auto* cells = hsi.ptr<cv::Vec3f>(row);
+            const auto* cells = cone.ptr<cv::Vec3f>(row);
             const float dy = static_cast<float>(row) - y;
             for (int column = left; column <= right; ++column) {
-              const cv::Vec3f& cell = cells[column];
-              const float intensity = (cell[2] - colour[2]) / intensity_radius;
-              if (intensity * intensity >= 1.0F) continue;
-              const float hue = HueDifference(cell[0], colour[0]);
-              const float h = hue / options.hue;
-              const float s = (cell[1] - colour[1]) / options.saturation;
+              const cv::Vec3f offset = cells[column] - colour;
               const float dx = static_cast<float>(column) - x;
-              if (h * h + s * s + intensity * intensity >= 1.0F ||
-                  dx * dx + dy * dy > space * space) {
-                continue;
-              }
+              if (offset.dot(offset) >= 1.0F || dx * dx + dy * dy > space * space) continue;
               sum_x += dx;
               sum_y += dy;
-              sum += cv::Vec3f(hue, cell[1] - colour[1], cell[2] - colour[2]);
+              sum += offset;
               count += 1.0F;
             }
           }
@@ -77,9 +90,10 @@ cv::Mat FindModes(const cv::Mat& hsi, float intensity_radius, const MeanShiftOpt
           x += sum_x / count;
           y += sum_y / count;
           colour += sum * (1.0F / count);
-          if (colour[0] < 1.5F) colour[0] -= std::floor(colour[0]);
-          const float moved = std::abs(sum_x) + std::abs(sum_y);
-          if (moved < 0.2F * count && std::abs(sum[2]) < 0.02F * intensity_radius * count) break;
+          if (std::abs(sum_x) + std::abs(sum_y) < 0.2F * count &&
+              sum.dot(sum) < 4e-4F * count * count) {
+            break;
+          }
         }
         modes.at<cv::Vec3f>(v, u) = colour;
       }
@@ -121,7 +135,7 @@ void ForEachNeighbourPair(const cv::Size& size, const Visit& visit) {
 
 }  // namespace
 
-cv::Mat HsiFromBgr(const cv::Mat& bgr) {
+cv::Mat HsiFromBgr(const cv::Mat& bgr, float colourless_saturation) {
   CV_Assert(bgr.type() == CV_8UC3);
   cv::Mat hsi(bgr.size(), CV_32FC3);
   for (int v = 0; v < bgr.rows; ++v) {
@@ -135,7 +149,7 @@ cv::Mat HsiFromBgr(const cv::Mat& bgr) {
       const float intensity = sum / 765.0F;
       const float saturation = sum > 0.0F ? 1.0F - 3.0F * std::min({b, g, r}) / sum : 0.0F;
       float hue = kColourlessHue;
-      if (saturation >= kColourlessBelow && intensity >= kColourlessBelow) {
+      if (saturation >= colourless_saturation && intensity >= kDarkBelow) {
         hue = std::atan2(std::numbers::sqrt3_v<float> * (g - b), 2.0F * r - g - b) /
               (2.0F * std::numbers::pi_v<float>);
         if (hue < 0.0F) hue += 1.0F;
@@ -148,21 +162,20 @@ cv::Mat HsiFromBgr(const cv::Mat& bgr) {
 
 Segmentation MeanShiftSegments(const cv::Mat& hsi, const MeanShiftOptions& options) {
   CV_Assert(hsi.type() == CV_32FC3);
-  const float intensity_radius = std::clamp(options.texture_gain * MedianStep(hsi),
-                                            options.intensity_min, options.intensity_max);
-  const cv::Mat modes = FindModes(hsi, intensity_radius, options);
+  cv::Mat cone = ConeFromHsi(hsi);
+  const cv::Vec3f inverse = InverseRadii(cone, options);
+  cv::multiply(cone, cv::Scalar(inverse[0], inverse[1], inverse[2]), cone);
+  const cv::Mat modes = FindModes(cone, options);
 
   // Neighbours with one mode are one segment.
-  const auto mode = [&](int i) { return modes.at<cv::Vec3f>(i / hsi.cols, i % hsi.cols); };
-  const auto unlikeness = [&](const cv::Vec3f& a, const cv::Vec3f& b) {
-    const float h = HueDifference(a[0], b[0]) / options.hue;
-    const float s = (a[1] - b[1]) / options.saturation;
-    const float i = (a[2] - b[2]) / intensity_radius;
-    return h * h + s * s + i * i;
+  const auto unlikeness = [&](int a, int b) {
+    const cv::Vec3f difference = modes.at<cv::Vec3f>(a / hsi.cols, a % hsi.cols) -
+                                 modes.at<cv::Vec3f>(b / hsi.cols, b % hsi.cols);
+    return difference.dot(difference);
   };
   Sets sets(static_cast<int>(hsi.total()));
   ForEachNeighbourPair(hsi.size(), [&](int a, int b) {
-    if (unlikeness(mode(a), mode(b)) < 0.25F) sets.Join(a, b);
+    if (unlikeness(a, b) < 0.25F) sets.Join(a, b);
   });
 
   // Specks join the most similar neighbour, until there are none (each round at least halves them).
@@ -182,7 +195,7 @@ Segmentation MeanShiftSegments(const cv::Mat& hsi, const MeanShiftOptions& optio
       const int set_a = sets.Find(a);
       const int set_b = sets.Find(b);
       if (set_a == set_b) return;
-      const float value = unlikeness(mode(a), mode(b));
+      const float value = unlikeness(a, b);
       for (const auto& [from, to] : {std::pair(set_a, set_b), std::pair(set_b, set_a)}) {
         Offer& offer = offers[static_cast<std::size_t>(from)];
         if (size[static_cast<std::size_t>(from)] < options.min_cells && value < offer.unlikeness) {
@@ -200,6 +213,7 @@ Segmentation MeanShiftSegments(const cv::Mat& hsi, const MeanShiftOptions& optio
   }
 
   Segmentation segmentation;
+  segmentation.modes = modes;
   segmentation.ids.create(hsi.size(), CV_32SC1);
   std::vector<int> number(hsi.total(), -1);
   for (int i = 0; i < static_cast<int>(hsi.total()); ++i) {

@@ -10,17 +10,25 @@ namespace beckon {
 inline constexpr float kColourlessHue = 2.0F;
 
 // CV_8UC3 (blue, green, red) to CV_32FC3 (hue, saturation, intensity), each in [0, 1] but for the
-// hue of pixels whose saturation or intensity is below 0.1: noise alone decides that hue, so it is
-// kColourlessHue.
-cv::Mat HsiFromBgr(const cv::Mat& bgr);
+// hue of pixels whose saturation is below `colourless_saturation` or whose intensity is below 0.1:
+// noise alone decides that hue, so it is kColourlessHue. 0.1 suits single pixels; a mean over 10 x
+// 10 of them has a tenth of their noise, and pale walls and floors often differ in nothing but a
+// trace of hue.
+cv::Mat HsiFromBgr(const cv::Mat& bgr, float colourless_saturation = 0.1F);
+
+// Radii of the kernel: each starts at `min`, for a smooth picture, and grows with the frequency
+// content of the picture, measured as the median step from cell to cell, up to `max`.
+struct Bandwidth {
+  float min;
+  float max;
+  float gain;  // radius over the median step
+};
 
 struct MeanShiftOptions {
-  int space_cells = 5;           // radius of the kernel in the picture
-  float hue = 0.06F;             // radius in hue, as a share of the circle
-  float saturation = 0.10F;      // radius in saturation
-  float intensity_min = 0.045F;  // radius in intensity for a smooth picture; grows with
-  float intensity_max = 0.14F;   // what texture is left, up to this
-  float texture_gain = 3.0F;     // radius in intensity over the median step from cell to cell
+  float colourless_saturation = 0.01F;
+  int space_cells = 5;  // in the picture
+  Bandwidth intensity{0.035F, 0.14F, 3.0F};
+  Bandwidth chroma{0.022F, 0.10F, 3.0F};  // in the plane of saturation (radius) and hue (angle)
   int iterations = 6;
   int min_cells = 3;  // smaller segments join the neighbour that is most like them
 };
@@ -28,6 +36,7 @@ struct MeanShiftOptions {
 struct Segmentation {
   cv::Mat ids;  // CV_32SC1, 0 to count - 1; each segment is 4-connected
   int count = 0;
+  cv::Mat modes;  // CV_32FC3, colour of the mode of each cell, in units of the kernel's radii
 };
 
 // `hsi`: as from HsiFromBgr.

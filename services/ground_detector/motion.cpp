@@ -4,50 +4,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "services/ground_detector/projection.hpp"
 
 namespace beckon {
 namespace {
-
-// Projection of points of the ground, without the checks and the optional of GroundCamera: it runs
-// some 100 000 times a frame.
-class Projection {
- public:
-  explicit Projection(const GroundCamera& camera)
-      : image_from_ground_(camera.ground_from_image.inverse()) {
-    // Makes w positive for what lies before the camera: for the bottom centre of the picture.
-    const Eigen::Vector3d bottom(camera.cx, camera.height - 1.0, 1.0);
-    const Eigen::Vector3d ground = camera.ground_from_image * bottom;
-    const Eigen::Vector2d point = ground.head<2>() / ground.z();
-    if ((image_from_ground_ * Eigen::Vector3d(point.x(), point.y(), 1.0)).z() < 0.0) {
-      image_from_ground_ = -image_from_ground_;
-    }
-  }
-
-  // False for points behind the camera.
-  bool operator()(const Eigen::Vector2d& point, Eigen::Vector2d& pixel) const {
-    const Eigen::Vector3d homogeneous =
-        image_from_ground_ * Eigen::Vector3d(point.x(), point.y(), 1.0);
-    if (homogeneous.z() <= 1e-9) return false;
-    pixel = homogeneous.head<2>() / homogeneous.z();
-    return true;
-  }
-
-  // Also the derivative of the pixel by the point.
-  bool operator()(const Eigen::Vector2d& point, Eigen::Vector2d& pixel,
-                  Eigen::Matrix2d& pixel_by_point) const {
-    const Eigen::Vector3d homogeneous =
-        image_from_ground_ * Eigen::Vector3d(point.x(), point.y(), 1.0);
-    if (homogeneous.z() <= 1e-9) return false;
-    pixel = homogeneous.head<2>() / homogeneous.z();
-    pixel_by_point =
-        (image_from_ground_.topLeftCorner<2, 2>() - pixel * image_from_ground_.block<1, 2>(2, 0)) /
-        homogeneous.z();
-    return true;
-  }
-
- private:
-  Eigen::Matrix3d image_from_ground_;
-};
 
 // Rigid motion that takes the two points `robot` to the two points `frame`.
 Pose2 PoseFromTwoPoints(const Eigen::Vector2d& frame_a, const Eigen::Vector2d& frame_b,
@@ -63,7 +25,7 @@ Pose2 PoseFromTwoPoints(const Eigen::Vector2d& frame_a, const Eigen::Vector2d& f
 }
 
 // Error of a match over its sigma_px; infinite where it cannot be seen at all.
-double NormalisedError(const Projection& project, const GroundMatch& match,
+double NormalisedError(const GroundProjection& project, const GroundMatch& match,
                        const Pose2& robot_from_frame) {
   Eigen::Vector2d pixel;
   if (!project(robot_from_frame * match.point, pixel)) {
@@ -73,8 +35,8 @@ double NormalisedError(const Projection& project, const GroundMatch& match,
 }
 
 // Truncated quadratic, as in MSAC (Torr and Zisserman 2000): smaller is better.
-double Cost(const Projection& project, std::span<const GroundMatch> matches, const Pose2& pose,
-            double tolerance) {
+double Cost(const GroundProjection& project, std::span<const GroundMatch> matches,
+            const Pose2& pose, double tolerance) {
   const Pose2 robot_from_frame = pose.Inverse();
   double cost = 0.0;
   for (const GroundMatch& match : matches) {
@@ -91,7 +53,7 @@ struct NormalEquations {
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
 };
 
-NormalEquations Linearise(const Projection& project, std::span<const GroundMatch> matches,
+NormalEquations Linearise(const GroundProjection& project, std::span<const GroundMatch> matches,
                           const Pose2& pose, double tolerance) {
   NormalEquations equations;
   const double c = std::cos(pose.theta);
@@ -127,7 +89,7 @@ PoseEstimate EstimatePose(const GroundCamera& camera, std::span<const GroundMatc
   estimate.frame_from_robot = predicted;
   if (matches.size() < static_cast<std::size_t>(options.min_inliers)) return estimate;
 
-  const Projection project(camera);
+  const GroundProjection project(camera);
   // Where each match would lie if it is ground, and which of them are near enough to make
   // hypotheses: a pixel far away says nothing about translation.
   std::vector<Eigen::Vector2d> seen(matches.size());

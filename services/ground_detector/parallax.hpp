@@ -13,7 +13,7 @@ namespace beckon {
 struct ParallaxOptions {
   // The alternatives to ground: planes at these shares of the camera's height.
   std::vector<double> height_ratios = {0.12, 0.25, 0.42, 0.62, 0.8};
-  float noise_grey = 3.0F;  // mean absolute difference that noise and resampling leave, grey levels
+  float noise_grey = 1.0F;  // mean absolute difference that noise and resampling leave, grey levels
 };
 
 // Evidence for each cell of a grid over the picture, CV_32FC1 of `cells`: 1 = moves like the ground

@@ -2,9 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "services/ground_detector/random_walk.hpp"
 
 namespace beckon {
 namespace {
+
+constexpr float kSure = 4.0F;  // log-odds of what is certain
 
 template <typename Visit>
 void ForEachCell(const cv::Mat& ids, const Visit& visit) {
@@ -33,6 +38,8 @@ void SegmentClassifier::Restart() {
   ids_.release();
   appearance_.clear();
   motion_.clear();
+  cell_motion_.release();
+  log_odds_.release();
 }
 
 std::vector<SegmentClassifier::Appearance> SegmentClassifier::Describe(const SegmentScene& scene) {
@@ -82,15 +89,38 @@ std::vector<float> SegmentClassifier::MotionFromBefore(
   return motion;
 }
 
-void SegmentClassifier::Learn(const SegmentScene& scene, const std::vector<float>& motion,
+// The same for single cells, which follow the ground: what stands on it moves a little faster
+// through the picture, but new evidence outweighs old before that shows.
+cv::Mat SegmentClassifier::CellMotion(const SegmentScene& scene) const {
+  cv::Mat motion(scene.segments.ids.size(), CV_32FC1, cv::Scalar(0.0));
+  if (!cell_motion_.empty() && scene.before_from_now && cell_motion_.size() == motion.size()) {
+    cv::Matx33d matrix;
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        matrix(row, column) = (*scene.before_from_now)(row, column);
+      }
+    }
+    cv::warpPerspective(cell_motion_, motion, matrix, motion.size(),
+                        cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+  }
+  if (scene.evidence.empty()) return motion;
+  motion = options_.keep * motion + scene.evidence;
+  cv::min(motion, options_.motion_limit, motion);
+  cv::max(motion, -options_.motion_limit, motion);
+  return motion;
+}
+
+void SegmentClassifier::Learn(const SegmentScene& scene, const cv::Mat& cell_motion,
                               const cv::Mat& log_odds) {
   const bool first = !colours_.knows_ground();
-  ForEachCell(scene.segments.ids, [&](int v, int u, std::size_t id) {
+  ForEachCell(scene.segments.ids, [&](int v, int u, std::size_t) {
     const auto& colour = scene.bgr.at<cv::Vec3b>(v, u);
     const bool near = scene.near.at<std::uint8_t>(v, u) != 0;
-    if (scene.above_horizon.at<std::uint8_t>(v, u) != 0 || motion[id] < -1.5F) {
+    const float motion = cell_motion.at<float>(v, u);
+    const float all = log_odds.at<float>(v, u);
+    if (scene.above_horizon.at<std::uint8_t>(v, u) != 0 || (motion < -1.0F && all < -1.5F)) {
       colours_.AddNotGround(colour);
-    } else if (motion[id] > 1.5F || (near && (first || log_odds.at<float>(v, u) > 1.0F))) {
+    } else if ((motion > 1.0F && all > 1.5F) || (near && (first || all > 1.0F))) {
       colours_.AddGround(colour);
     }
   });
@@ -101,9 +131,10 @@ cv::Mat SegmentClassifier::Update(const SegmentScene& scene) {
   const cv::Mat& ids = scene.segments.ids;
   const std::vector<Appearance> appearance = Describe(scene);
   std::vector<float> motion = MotionFromBefore(scene, appearance);
+  const cv::Mat cell_motion = CellMotion(scene);
 
-  // Motion: this frame's evidence, for and against, as a share of what there is; a little of it
-  // says less than much.
+  // A segment gains this frame's evidence, for and against, as a share of what there is; a little
+  // of it says less than much. A segment whose parts contradict each other says nothing as a whole.
   if (!scene.evidence.empty()) {
     std::vector<float> sum(motion.size(), 0.0F);
     std::vector<float> absolute(motion.size(), 0.0F);
@@ -112,41 +143,34 @@ cv::Mat SegmentClassifier::Update(const SegmentScene& scene) {
       absolute[id] += std::abs(scene.evidence.at<float>(v, u));
     });
     for (std::size_t id = 0; id < motion.size(); ++id) {
-      motion[id] = std::clamp(
-          options_.keep * motion[id] + options_.motion_gain * sum[id] / (absolute[id] + 1.0F),
-          -options_.motion_limit, options_.motion_limit);
+      motion[id] = std::clamp(options_.keep * motion[id] + sum[id] / (absolute[id] + 1.0F),
+                              -options_.motion_limit, options_.motion_limit);
     }
   }
 
-  // Colour does not add up over frames: it says the same each time. The near cells teach the first
-  // frame what ground looks like before anything is judged by it.
-  if (!colours_.knows_ground()) {
-    Learn(scene, motion, cv::Mat(ids.size(), CV_32FC1, cv::Scalar(0.0)));
-  }
-  std::vector<float> colour(motion.size(), 0.0F);
-  std::vector<float> above(motion.size(), 0.0F);
-  std::vector<float> near(motion.size(), 0.0F);
+  // The near cells teach the first frame what ground looks like before anything is judged by it.
+  // Colour does not add up over frames: it says the same each time.
+  if (!colours_.knows_ground()) Learn(scene, cell_motion, cv::Mat::zeros(ids.size(), CV_32FC1));
+  CellBeliefs beliefs(ids.size());
   ForEachCell(ids, [&](int v, int u, std::size_t id) {
-    colour[id] += colours_.LogRatio(scene.bgr.at<cv::Vec3b>(v, u)) / appearance[id].cells;
-    above[id] += scene.above_horizon.at<std::uint8_t>(v, u) != 0 ? 1.0F : 0.0F;
-    near[id] += scene.near.at<std::uint8_t>(v, u) != 0 ? 1.0F : 0.0F;
+    const auto add_motion = [&](float log_odds, float weight) {
+      beliefs.Add(v, u, log_odds < 0.0F ? -kSure : kSure, weight * std::abs(log_odds));
+    };
+    add_motion(cell_motion.at<float>(v, u), options_.cell_motion_weight);
+    add_motion(motion[id], options_.segment_motion_weight);
+    beliefs.Add(v, u, colours_.LogRatio(scene.bgr.at<cv::Vec3b>(v, u)), options_.colour_weight);
+    if (scene.near.at<std::uint8_t>(v, u) != 0) beliefs.Add(v, u, kSure, options_.near_weight);
+    if (scene.above_horizon.at<std::uint8_t>(v, u) != 0) {
+      beliefs.Add(v, u, -kSure, options_.horizon_weight);
+    }
   });
-
-  std::vector<float> segment_log_odds(motion.size());
-  for (std::size_t id = 0; id < motion.size(); ++id) {
-    float value = motion[id] + options_.colour_weight * colour[id];
-    value += options_.near_bonus * near[id] / appearance[id].cells;
-    // Ground ends at the horizon; a segment of which much is above it rises from the ground.
-    if (above[id] > 0.15F * appearance[id].cells) value -= 4.0F;
-    segment_log_odds[id] = value;
-  }
-  cv::Mat log_odds(ids.size(), CV_32FC1);
-  ForEachCell(
-      ids, [&](int v, int u, std::size_t id) { log_odds.at<float>(v, u) = segment_log_odds[id]; });
-  Learn(scene, motion, log_odds);
+  const cv::Mat log_odds = SpreadBeliefs(beliefs, scene.segments.modes, log_odds_);
+  Learn(scene, cell_motion, log_odds);
   ids_ = ids;
   appearance_ = appearance;
   motion_ = motion;
+  cell_motion_ = cell_motion;
+  log_odds_ = log_odds;
   return log_odds;
 }
 

@@ -13,12 +13,14 @@
 namespace beckon {
 
 struct ClassifierOptions {
-  float motion_gain =
-      3.0F;  // log-odds that a segment full of one kind of evidence gains in a frame
+  float keep = 0.85F;         // share of what motion has said that is kept from frame to frame
   float motion_limit = 5.0F;  // log-odds that motion can heap up
-  float keep = 0.9F;          // share of the log-odds that is kept from frame to frame
-  float colour_weight = 1.0F;
-  float near_bonus = 1.5F;  // log-odds for what lies directly before the robot, see README
+  // How much each kind of knowledge insists against its surroundings.
+  float cell_motion_weight = 0.06F;     // for each unit of log-odds
+  float segment_motion_weight = 0.02F;  // for each unit of log-odds
+  float colour_weight = 0.04F;
+  float near_weight = 0.04F;    // what lies directly before the robot is ground, see README
+  float horizon_weight = 1.0F;  // what lies above the horizon is not
 };
 
 // One frame as the classifier sees it. All pictures have the size of the segmentation.
@@ -52,7 +54,8 @@ class SegmentClassifier {
   static std::vector<Appearance> Describe(const SegmentScene& scene);
   std::vector<float> MotionFromBefore(const SegmentScene& scene,
                                       const std::vector<Appearance>& appearance) const;
-  void Learn(const SegmentScene& scene, const std::vector<float>& motion, const cv::Mat& log_odds);
+  cv::Mat CellMotion(const SegmentScene& scene) const;
+  void Learn(const SegmentScene& scene, const cv::Mat& cell_motion, const cv::Mat& log_odds);
 
   ClassifierOptions options_;
   ColourModel colours_;
@@ -60,6 +63,8 @@ class SegmentClassifier {
   cv::Mat ids_;
   std::vector<Appearance> appearance_;
   std::vector<float> motion_;  // log-odds of ground from motion alone, of each segment
+  cv::Mat cell_motion_;        // and of each cell, CV_32FC1
+  cv::Mat log_odds_;
 };
 
 }  // namespace beckon
