@@ -242,8 +242,10 @@ Velocity Navigator::Drive(Instant now, const Pose2& local_from_base) {
   status_.route.clear();
   for (const Eigen::Vector2d& point : route_) status_.route.push_back(*map_from_local_ * point);
 
-  const bool is_at_end =
-      (!route_.empty() && step.distance_to_go_m < kRouteEndM) || blocked_s > kWaitAtGoalS;
+  // Who stands in the way close to the goal may well be the caller.
+  const bool is_kept_off =
+      blocked_s > kWaitAtGoalS && planner_.HasLineOfSight(goal->point, map_from_base.translation());
+  const bool is_at_end = is_kept_off || (!route_.empty() && step.distance_to_go_m < kRouteEndM);
   if (destination_.HasArrived(map_from_base.translation(), is_at_end, planner_)) {
     if (std::abs(monitor_.last().linear_mps) < kStandingMps) {
       const double distance = (map_from_base.translation() - goal->point).norm();

@@ -17,7 +17,8 @@ constexpr double kEscapeM = 0.35;
 constexpr float kEscapeCost = 15.0F;
 // What an end is worth: a metre nearer to the goal is worth this many metres of way.
 constexpr double kNearnessWeight = 2.0;
-constexpr double kBehindWallCost = 4.0;
+// The caller wants the robot in the room, not behind its wall, even if the way is long.
+constexpr double kBehindWallCost = 40.0;
 
 double SteadySeconds(Instant now) { return std::chrono::duration<double>(now.steady).count(); }
 
@@ -249,11 +250,15 @@ std::vector<Eigen::Vector2d> RoutePlanner::Shorten(const CostMap& costs,
   std::size_t from = 0;
   while (from + 1 < cells.size()) {
     std::size_t to = from + 1;
-    // Reaches on in growing strides: a straight line that is worse than the cells ends the leg.
-    for (std::size_t stride = 1; to + stride < cells.size(); ++stride) {
-      if (straight_cost(from, to + stride) > cost_up_to[to + stride] - cost_up_to[from] + 1e-6)
-        break;
-      to += stride;
+    // Gallops ahead in doubled strides, then halves them down to where the straight line starts to
+    // cost more.
+    bool is_galloping = true;
+    for (std::size_t stride = 1; stride > 0; stride = is_galloping ? 2 * stride : stride / 2) {
+      const bool is_no_dearer =
+          to + stride < cells.size() &&
+          straight_cost(from, to + stride) <= cost_up_to[to + stride] - cost_up_to[from] + 1e-3;
+      if (is_no_dearer) to += stride;
+      is_galloping = is_galloping && is_no_dearer;
     }
     points.push_back(grid_.Centre(cells[to]));
     from = to;

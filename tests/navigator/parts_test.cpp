@@ -1,0 +1,390 @@
+// The navigator's parts, each alone.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "services/navigator/destination.hpp"
+#include "services/navigator/local_frame.hpp"
+#include "services/navigator/resume_file.hpp"
+#include "services/navigator/route_planner.hpp"
+#include "services/navigator/safety_monitor.hpp"
+#include "services/navigator/stop_reasons.hpp"
+#include "services/navigator/surroundings.hpp"
+#include "tests/support/support.hpp"
+
+namespace beckon {
+namespace {
+
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+FloorPlan Room(double width, double depth) {
+  FloorPlan plan;
+  plan.min = {0.0, 0.0};
+  plan.max = {width, depth};
+  return plan;
+}
+
+// 61 rays over 60 degrees that see this far, and hit something there where `is_hit`.
+Scan FlatScan(Utime utime, float range, bool is_hit) {
+  Scan scan;
+  scan.utime = utime;
+  scan.first_bearing_rad = RadiansFromDegrees(-30.0);
+  scan.bearing_step_rad = RadiansFromDegrees(1.0);
+  scan.ranges_m.assign(61, is_hit ? range : kInf);
+  scan.ground_seen_m.assign(61, range);
+  return scan;
+}
+
+// ---- RoutePlanner
+
+TEST(RoutePlanner, StraightWhereNothingIsInTheWay) {
+  const RoutePlanner planner(Room(10.0, 4.0), {}, {});
+  const Route route = planner.Plan({1.0, 2.0}, {{9.0, 2.0}, 0.1}, {});
+  ASSERT_TRUE(route.is_found);
+  EXPECT_NEAR(route.length_m, 8.0, 0.1);
+  EXPECT_LE(route.points.size(), 3U);
+}
+
+TEST(RoutePlanner, DiagonalIsNotAStaircase) {
+  const RoutePlanner planner(Room(10.0, 10.0), {}, {});
+  const Route route = planner.Plan({1.0, 1.0}, {{9.0, 4.0}, 0.1}, {});
+  ASSERT_TRUE(route.is_found);
+  EXPECT_NEAR(route.length_m, std::hypot(8.0, 3.0), 0.1);
+}
+
+TEST(RoutePlanner, KeepsTheMiddleOfADoor) {
+  FloorPlan plan = Room(10.0, 6.0);
+  plan.walls.push_back({{5.0, 0.0}, {5.0, 2.0}, std::nullopt});
+  plan.walls.push_back({{5.0, 2.9}, {5.0, 6.0}, std::nullopt});
+  const RoutePlanner planner(plan, {}, {});
+  const Route route = planner.Plan({1.0, 5.0}, {{9.0, 5.0}, 0.1}, {});
+  ASSERT_TRUE(route.is_found);
+  // Where the route crosses the wall's line.
+  for (std::size_t i = 1; i < route.points.size(); ++i) {
+    const Eigen::Vector2d& a = route.points[i - 1];
+    const Eigen::Vector2d& b = route.points[i];
+    if (a.x() > 5.0 || b.x() < 5.0) continue;
+    const double y = a.y() + (5.0 - a.x()) / (b.x() - a.x()) * (b.y() - a.y());
+    EXPECT_NEAR(y, 2.45, 0.12);
+  }
+  // Not longer than the taut string round the door's corner by more than a few percent.
+  const double taut = std::hypot(4.0, 5.0 - 2.65) * 2.0;
+  EXPECT_LT(route.length_m, 1.1 * taut);
+}
+
+TEST(RoutePlanner, DoorNarrowerThanTheRobotIsNoWay) {
+  FloorPlan plan = Room(10.0, 6.0);
+  plan.walls.push_back({{5.0, 0.0}, {5.0, 2.0}, std::nullopt});
+  plan.walls.push_back({{5.0, 2.15}, {5.0, 6.0}, std::nullopt});
+  const RoutePlanner planner(plan, {}, {});
+  const Route route = planner.Plan({1.0, 3.0}, {{9.0, 3.0}, 0.1}, {});
+  EXPECT_FALSE(route.is_found);
+  EXPECT_FALSE(route.plan_has_way);
+}
+
+TEST(RoutePlanner, GoesRoundWhatWasSeenAndForgetsItInTime) {
+  RouteOptions options;
+  options.memory_s = 30.0;
+  RoutePlanner planner(Room(10.0, 4.0), {}, options);
+  // A grid of 4 x 4 m in the middle of the room, with a bar of 2 m across the way.
+  SeenGrid seen;
+  seen.grid.resolution_m = 0.1;
+  seen.grid.width = seen.grid.height = 40;
+  seen.occupancy.assign(1600, 0);
+  for (int row = 10; row < 30; ++row) {
+    seen.occupancy[static_cast<std::size_t>(row * 40 + 20)] = 200;
+  }
+  Instant now;
+  now.steady = std::chrono::seconds(100);
+  planner.Remember(seen, {3.0, 0.0, 0.0}, now);
+  const RouteGoal goal{{9.0, 2.0}, 0.1};
+  const Route round = planner.Plan({1.0, 2.0}, goal, now);
+  ASSERT_TRUE(round.is_found);
+  EXPECT_GT(round.length_m, 8.2);
+  for (const Eigen::Vector2d& point : round.points) {
+    const bool is_near = std::abs(point.x() - 5.05) < 0.2 && point.y() > 1.0 && point.y() < 3.0;
+    EXPECT_FALSE(is_near);
+  }
+  now.steady += std::chrono::seconds(31);
+  EXPECT_NEAR(planner.Plan({1.0, 2.0}, goal, now).length_m, 8.0, 0.1);
+}
+
+TEST(RoutePlanner, PrefersTheCallersSideOfAWall) {
+  FloorPlan plan = Room(10.0, 6.0);
+  // Caller at (5, 3.4), just behind a wall that the robot would have to go round.
+  plan.walls.push_back({{2.0, 3.0}, {8.0, 3.0}, std::nullopt});
+  const RoutePlanner planner(plan, {}, {});
+  const Route route = planner.Plan({5.0, 1.0}, {{5.0, 3.6}, 1.6}, {});
+  ASSERT_TRUE(route.is_found);
+  EXPECT_GT(route.points.back().y(), 3.0);
+}
+
+// ---- Surroundings
+
+TEST(Surroundings, FreeWayIsMeasuredForTheDisc) {
+  RobotOptions robot;
+  Surroundings surroundings(robot);
+  const Pose2 base;
+  surroundings.SetScan(FlatScan(1, 1.5F, true), base);
+  surroundings.Update(base);
+  const ArcView view = LookAlong(surroundings, robot, base, 0.0, 1, 3.0, 0.0);
+  EXPECT_NEAR(view.free_m, 1.5 - robot.radius_m, 0.08);
+  // To the side nothing was seen.
+  const ArcView back = LookAlong(surroundings, robot, base, 0.0, -1, 1.0, 0.0);
+  EXPECT_LT(back.seen_m, 0.3);
+  EXPECT_NEAR(surroundings.NearestInScan(base), 1.5, 1e-5);
+}
+
+TEST(Surroundings, SeenFloorEndsWhereTheScanEnds) {
+  RobotOptions robot;
+  Surroundings surroundings(robot);
+  surroundings.SetScan(FlatScan(1, 2.0F, false), {});
+  surroundings.Update({});
+  const ArcView view = LookAlong(surroundings, robot, {}, 0.0, 1, 3.0, 0.0);
+  EXPECT_EQ(view.free_m, 3.0);
+  EXPECT_NEAR(view.seen_m, 2.0 - robot.radius_m, 0.15);
+}
+
+TEST(Surroundings, ObstacleThatMayBeNearerIsTakenAsNear) {
+  RobotOptions robot;
+  Surroundings surroundings(robot);
+  Scan scan = FlatScan(1, 0.6F, true);
+  scan.ground_seen_m.assign(61, 0.0F);  // not even the nearest visible pixel is ground
+  surroundings.SetScan(scan, {});
+  surroundings.Update({});
+  EXPECT_LT(LookAlong(surroundings, robot, {}, 0.0, 1, 1.0, 0.0).free_m, 0.1);
+}
+
+TEST(Surroundings, MayMoveAwayFromWhatItTouches) {
+  RobotOptions robot;
+  Surroundings surroundings(robot);
+  surroundings.SetScan(FlatScan(1, 0.27F, true), {});
+  surroundings.Update({});
+  EXPECT_LT(LookAlong(surroundings, robot, {}, 0.0, 1, 0.5, 0.05).free_m, 0.08);
+  EXPECT_EQ(LookAlong(surroundings, robot, {}, 0.0, -1, 0.5, 0.05).free_m, 0.5);
+}
+
+// ---- SafetyMonitor
+
+class SafetyMonitorTest : public ::testing::Test {
+ protected:
+  // Everything is well: a fresh scan of this free range ahead, a fresh pose.
+  void Feed(float range = 5.0F, bool is_hit = false) {
+    const Scan scan = FlatScan(clock_.Now().utime, range, is_hit);
+    monitor_.OnScan(clock_.Now(), scan, {});
+    monitor_.OnPose(clock_.Now(), clock_.Now().utime, {});
+    surroundings_.SetScan(scan, {});
+    surroundings_.Update({});
+  }
+  SafetyMonitor::Verdict Pass(const Velocity& wanted) {
+    clock_.Advance(std::chrono::milliseconds(50));
+    return monitor_.Pass(clock_.Now(), 0.05, wanted, surroundings_, {});
+  }
+
+  RobotOptions robot_;
+  SafetyMonitor monitor_{robot_, {}};
+  Surroundings surroundings_{robot_};
+  ManualClock clock_;
+};
+
+TEST_F(SafetyMonitorTest, NothingMovesBeforeThereAreScanAndPose) {
+  EXPECT_EQ(Pass({0.5, 0.5}).reason, stop_reason::kScanMissing);
+  monitor_.OnScan(clock_.Now(), FlatScan(clock_.Now().utime, 5.0F, false), {});
+  const auto verdict = Pass({0.5, 0.5});
+  EXPECT_EQ(verdict.reason, stop_reason::kPoseMissing);
+  EXPECT_EQ(verdict.velocity.linear_mps, 0.0);
+  EXPECT_EQ(verdict.velocity.angular_radps, 0.0);
+}
+
+TEST_F(SafetyMonitorTest, LimitsSpeedAndAcceleration) {
+  double last = 0.0;
+  for (int i = 0; i < 60; ++i) {
+    Feed();
+    const auto verdict = Pass({9.0, 0.0});
+    EXPECT_TRUE(verdict.reason.empty()) << verdict.reason;
+    EXPECT_LE(verdict.velocity.linear_mps - last, robot_.max_acceleration_mps2 * 0.05 + 1e-9);
+    last = verdict.velocity.linear_mps;
+  }
+  EXPECT_NEAR(last, robot_.max_speed_mps, 1e-9);
+  last = 0.0;
+  for (int i = 0; i < 60; ++i) {
+    Feed();
+    const auto verdict = Pass({0.0, -9.0});
+    EXPECT_LE(std::abs(verdict.velocity.angular_radps - last),
+              robot_.max_turn_acceleration_radps2 * 0.05 + 1e-9);
+    last = verdict.velocity.angular_radps;
+  }
+  EXPECT_NEAR(last, -robot_.max_turn_radps, 1e-9);
+}
+
+TEST_F(SafetyMonitorTest, CommandsThatAreNoNumbersStop) {
+  Feed();
+  const auto verdict = Pass({std::nan(""), 0.1});
+  EXPECT_EQ(verdict.reason, stop_reason::kCommandInvalid);
+  EXPECT_EQ(verdict.velocity.linear_mps, 0.0);
+}
+
+TEST_F(SafetyMonitorTest, AgeIsCheckedOnBothClocks) {
+  Feed();
+  EXPECT_TRUE(Pass({0.1, 0.0}).reason.empty());
+  // A scan that arrives now, but was measured long ago.
+  monitor_.OnScan(clock_.Now(), FlatScan(clock_.Now().utime - 600'000, 4.9F, false), {});
+  EXPECT_EQ(Pass({0.1, 0.0}).reason, stop_reason::kScanStale);
+  // The wall clock is set back: the scan looks young for ever, the steady clock knows better.
+  Feed();
+  clock_.StepWallClock(std::chrono::milliseconds(-400));
+  for (int i = 0; i < 9; ++i) EXPECT_TRUE(Pass({0.1, 0.0}).reason.empty()) << i;
+  for (int i = 0; i < 3; ++i) Pass({0.1, 0.0});
+  EXPECT_EQ(Pass({0.1, 0.0}).reason, stop_reason::kScanStale);
+}
+
+TEST_F(SafetyMonitorTest, PoseMayBeTwoSecondsOld) {
+  Feed();
+  const auto feed_scan = [&] {
+    monitor_.OnScan(clock_.Now(), FlatScan(clock_.Now().utime, 5.0F, false), {});
+  };
+  for (int i = 0; i < 39; ++i) {
+    feed_scan();
+    EXPECT_TRUE(Pass({0.1, 0.0}).reason.empty()) << i;
+  }
+  for (int i = 0; i < 2; ++i) {
+    feed_scan();
+    Pass({0.1, 0.0});
+  }
+  feed_scan();
+  EXPECT_EQ(Pass({0.1, 0.0}).reason, stop_reason::kPoseStale);
+}
+
+TEST_F(SafetyMonitorTest, StopsBeforeAnObstacleWithinTheStoppingDistance) {
+  for (int i = 0; i < 30; ++i) {
+    Feed();
+    Pass({0.5, 0.0});
+  }
+  ASSERT_NEAR(monitor_.last().linear_mps, 0.5, 1e-9);
+  const double stopping = monitor_.StoppingDistance(0.5);
+  EXPECT_GT(stopping, 0.25);  // v^2 / 2a
+  const auto far = static_cast<float>(robot_.radius_m + stopping + 0.2);
+  Feed(far, true);
+  EXPECT_TRUE(Pass({0.5, 0.0}).reason.empty());
+  const auto near = static_cast<float>(robot_.radius_m + stopping - 0.1);
+  Feed(near, true);
+  const auto verdict = Pass({0.5, 0.0});
+  EXPECT_EQ(verdict.reason, stop_reason::kObstacle);
+  EXPECT_LT(verdict.velocity.linear_mps, 0.5);
+  // It may still turn on the spot.
+  for (int i = 0; i < 30; ++i) {
+    Feed(near, true);
+    Pass({0.0, 0.5});
+  }
+  EXPECT_NEAR(monitor_.last().angular_radps, 0.5, 1e-9);
+  EXPECT_EQ(monitor_.last().linear_mps, 0.0);
+}
+
+TEST_F(SafetyMonitorTest, FloorThatWasNotSeenIsNotDrivenOn) {
+  Feed(0.35F, false);
+  EXPECT_EQ(Pass({0.5, 0.0}).reason, stop_reason::kNone);  // from standstill: creeps
+  for (int i = 0; i < 30; ++i) {
+    Feed(0.35F, false);
+    Pass({0.5, 0.0});
+  }
+  EXPECT_LT(monitor_.last().linear_mps, 0.2);
+}
+
+TEST_F(SafetyMonitorTest, OpenFloorThatLooksTheSameIsNotFrozen) {
+  Pose2 pose;
+  for (int i = 0; i < 60; ++i) {
+    clock_.Advance(std::chrono::milliseconds(50));
+    pose.x += 0.025;
+    monitor_.OnScan(clock_.Now(), FlatScan(clock_.Now().utime, 5.0F, false), pose);
+    monitor_.OnPose(clock_.Now(), clock_.Now().utime, {});
+  }
+  EXPECT_EQ(monitor_.Blocker(clock_.Now()), stop_reason::kNone);
+  // A wall that stays at the same distance while the robot drives towards it is.
+  for (int i = 0; i < 60; ++i) {
+    clock_.Advance(std::chrono::milliseconds(50));
+    pose.x += 0.025;
+    monitor_.OnScan(clock_.Now(), FlatScan(clock_.Now().utime, 2.0F, true), pose);
+    monitor_.OnPose(clock_.Now(), clock_.Now().utime, {});
+  }
+  EXPECT_EQ(monitor_.Blocker(clock_.Now()), stop_reason::kScanFrozen);
+}
+
+// ---- LocalFrame
+
+TEST(LocalFrame, FollowsCommandsWhereThereIsNoOdometry) {
+  RobotOptions robot;
+  robot.centre_x_m = -0.15;
+  LocalFrame frame(robot);
+  ManualClock clock;
+  for (int i = 0; i <= 40; ++i) {
+    frame.AddCommand(clock.Now(), {0.0, 0.5});
+    if (i < 40) clock.Advance(std::chrono::milliseconds(50));
+  }
+  // Turned by one radian about the disc's centre, which stays where it was.
+  const Pose2 pose = frame.Now(clock.Now());
+  EXPECT_NEAR(pose.theta, 1.0, 1e-6);
+  const Eigen::Vector2d centre = pose * Eigen::Vector2d(-0.15, 0.0);
+  EXPECT_NEAR(centre.x(), -0.15, 1e-6);
+  EXPECT_NEAR(centre.y(), 0.0, 1e-6);
+}
+
+TEST(LocalFrame, OdometryThatStartsAnewIsAnotherFrame) {
+  LocalFrame frame(RobotOptions{});
+  ManualClock clock;
+  EXPECT_TRUE(frame.AddOdometry(clock.Now(), clock.Now().utime, {5.0, 1.0, 0.0}));
+  clock.Advance(std::chrono::milliseconds(50));
+  EXPECT_TRUE(frame.AddOdometry(clock.Now(), clock.Now().utime, {5.02, 1.0, 0.0}));
+  clock.Advance(std::chrono::milliseconds(50));
+  EXPECT_FALSE(frame.AddOdometry(clock.Now(), clock.Now().utime, {0.0, 0.0, 0.0}));
+  EXPECT_NEAR(frame.Now(clock.Now()).x, 0.0, 1e-9);
+}
+
+// ---- Destination
+
+TEST(Destination, GoesNearerWhereTheRadioIsUncertain) {
+  const RoutePlanner planner(Room(10.0, 6.0), {}, {});
+  Destination destination{ArrivalOptions{}};
+  destination.Set({Call::Kind::kTag, 0, "t", Eigen::Vector2d::Zero()});
+  EXPECT_EQ(destination.Doubt({}), stop_reason::kLocationMissing);
+  TagLocation location{0, "t", true, {5.0, 3.0}, 0.1 * Eigen::Matrix2d::Identity(), 1.0};
+  destination.OnLocation({}, location);
+  EXPECT_EQ(destination.Doubt({}), stop_reason::kNone);
+  EXPECT_TRUE(destination.HasArrived({5.9, 3.0}, false, planner));
+  location.area_90_m2 = 9.0;
+  destination.OnLocation({}, location);
+  EXPECT_FALSE(destination.HasArrived({5.9, 3.0}, false, planner));
+  // But where something is in the way, that will do.
+  EXPECT_TRUE(destination.HasArrived({5.9, 3.0}, true, planner));
+  EXPECT_FALSE(destination.HasArrived({7.2, 3.0}, true, planner));
+  Instant later;
+  later.steady = std::chrono::seconds(11);
+  EXPECT_EQ(destination.Doubt(later), stop_reason::kLocationStale);
+}
+
+// ---- ResumeFile
+
+TEST(ResumeFile, KeepsACallForAWhile) {
+  const testing::TempDir folder;
+  const auto path = folder.path() / "call";
+  ResumeFile file(path, 10.0);
+  EXPECT_FALSE(file.Load(0));
+  file.Save(1'000'000, Call{Call::Kind::kTag, 7, "tag with spaces", Eigen::Vector2d::Zero()});
+  const auto tag = file.Load(5'000'000);
+  ASSERT_TRUE(tag);
+  EXPECT_EQ(tag->tag, "tag with spaces");
+  EXPECT_EQ(tag->kind, Call::Kind::kTag);
+  EXPECT_EQ(tag->utime, 7);
+  EXPECT_FALSE(file.Load(12'000'000)) << "too old";
+  file.Save(20'000'000, Call{Call::Kind::kPoint, 8, "", {1.25, -3.5}});
+  ASSERT_TRUE(file.Load(20'000'000));
+  EXPECT_EQ(file.Load(20'000'000)->point, Eigen::Vector2d(1.25, -3.5));
+  std::ofstream(path) << "beckon-call-1 20000000 8 point 1.2";
+  EXPECT_FALSE(file.Load(20'000'000)) << "cut short";
+  file.Save(20'000'000, std::nullopt);
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+}  // namespace
+}  // namespace beckon
