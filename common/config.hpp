@@ -96,8 +96,8 @@ class ConfigFile {
   ConfigTable& root() { return *root_; }
   ConfigTable& Table(const std::string& key) { return root_->Table(key); }
 
-  // For the file of a robot, which holds a table per program: what the other programs read is not looked
-  // into.
+  // For the file of a robot, which holds a table per program: what the other programs read is not
+  // looked into.
   void IgnoreOtherPrograms();
 
   // Throws ConfigError for the first key that was never asked for, with the nearest known name.

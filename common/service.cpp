@@ -9,7 +9,6 @@
 #include <array>
 #include <atomic>
 #include <csignal>
-#include <cstdlib>
 #include <iostream>
 #include <mutex>
 #include <thread>
@@ -17,6 +16,7 @@
 #include "beckon/service_health_t.hpp"
 #include "common/channels.hpp"
 #include "common/log.hpp"
+#include "common/robot_file.hpp"
 
 namespace beckon {
 namespace {
@@ -55,10 +55,7 @@ struct RuntimeOptions {
 
 RuntimeOptions ReadRuntimeOptions(ConfigFile& file) {
   RuntimeOptions options;
-  const char* from_environment = std::getenv("LCM_DEFAULT_URL");
-  options.lcm_url =
-      from_environment != nullptr && *from_environment != '\0' ? from_environment : kDefaultLcmUrl;
-  file.Table("lcm").Optional("url", options.lcm_url);
+  options.lcm_url = ReadLcmUrl(file);
   ConfigTable& runtime = file.Table("runtime");
   runtime.Optional("watchdog_s", options.watchdog_s, Range{1.0, 3600.0});
   runtime.Optional("memory_limit_mb", options.memory_limit_mb, Range{256, 1 << 20});
@@ -327,6 +324,7 @@ int RunServiceImpl(int argc, char** argv, const ServiceAbout& about,
     ConfigFile file(config_path);
     file.IgnoreOtherPrograms();
     options = ReadRuntimeOptions(file);
+    ReadRobotOptions(file);  // so that its keys are known to services that need some of them only
     read(file);
     file.Finish();
     if (print_config) {

@@ -10,6 +10,8 @@
 #include <string>
 #include <unordered_map>
 
+#include "common/robot_file.hpp"
+
 namespace beckon {
 namespace {
 
@@ -72,8 +74,9 @@ GroundDetectorOptions ReadGroundDetectorOptions(ConfigFile& file) {
   std::filesystem::path calibration;
   file.Table("camera").RequiredPath("calibration", calibration);
   options.camera = GroundCamera::Load(calibration);
-  file.Table("robot").Optional("max_speed_mps", options.max_speed_mps, AtLeast(0.01));
-  file.Table("robot").Optional("max_turn_radps", options.max_turn_radps, AtLeast(0.01));
+  const RobotOptions robot = ReadRobotOptions(file);
+  options.max_speed_mps = robot.max_speed_mps;
+  options.max_turn_radps = robot.max_turn_radps;
   ConfigTable& table = file.Table("ground_detector");
   table.Optional("memory_s", options.memory_s, {0.1, 5.0});
   table.Optional("max_gap_s", options.max_gap_s, {0.1, 10.0});

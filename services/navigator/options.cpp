@@ -2,19 +2,6 @@
 
 namespace beckon {
 
-RobotOptions ReadRobotOptions(ConfigFile& file) {
-  RobotOptions robot;
-  ConfigTable& table = file.Table("robot");
-  table.Optional("radius_m", robot.radius_m, Range{0.05, 2.0});
-  table.Optional("centre_x_m", robot.centre_x_m, Range{-2.0, 2.0});
-  table.Optional("max_speed_mps", robot.max_speed_mps, Range{0.05, 3.0});
-  table.Optional("max_turn_radps", robot.max_turn_radps, Range{0.05, 10.0});
-  table.Optional("max_acceleration_mps2", robot.max_acceleration_mps2, Range{0.05, 10.0});
-  table.Optional("max_turn_acceleration_radps2", robot.max_turn_acceleration_radps2,
-                 Range{0.05, 50.0});
-  return robot;
-}
-
 NavigatorServiceOptions ReadNavigatorServiceOptions(ConfigFile& file) {
   NavigatorServiceOptions options;
   std::filesystem::path site;

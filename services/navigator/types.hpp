@@ -8,27 +8,11 @@
 #include <vector>
 
 #include "common/clock.hpp"
-#include "common/config.hpp"
 #include "common/frames.hpp"
 #include "common/grid.hpp"
+#include "common/robot_file.hpp"
 
 namespace beckon {
-
-// A body that is a disc on two driven wheels, turning about its centre. Base frame: origin at that
-// centre, axes as the robot frame.
-struct RobotOptions {
-  double radius_m = 0.25;
-  double centre_x_m =
-      0.0;  // of the disc, in the robot frame; negative where the camera sits in front
-  double max_speed_mps = 0.5;
-  double max_turn_radps = 1.0;
-  double max_acceleration_mps2 = 0.5;
-  double max_turn_acceleration_radps2 = 2.0;
-
-  Pose2 RobotFromBase() const { return {centre_x_m, 0.0, 0.0}; }
-};
-// Reads [robot].
-RobotOptions ReadRobotOptions(ConfigFile& file);
 
 struct Velocity {
   double linear_mps = 0.0;     // forward positive
@@ -59,7 +43,7 @@ struct SeenGrid {
   std::vector<std::uint8_t> occupancy;  // 0 = free ... 200 = occupied, or kUnknown
 };
 
-struct TagLocation {
+struct LocatedTag {
   Utime utime = 0;
   std::string tag;
   bool is_located = false;                               // the numbers below hold

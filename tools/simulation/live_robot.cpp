@@ -18,6 +18,7 @@
 #include "common/log.hpp"
 #include "common/message_bus.hpp"
 #include "common/pose_message.hpp"
+#include "common/robot_file.hpp"
 #include "tools/simulation/camera_server.hpp"
 #include "tools/simulation/renderer.hpp"
 #include "tools/simulation/simulation.hpp"
@@ -193,22 +194,18 @@ class LiveRobot {
 LiveOptions ReadLiveOptions(ConfigFile& file) {
   file.IgnoreOtherPrograms();
   LiveOptions options;
-  const char* from_environment = std::getenv("LCM_DEFAULT_URL");
-  options.lcm_url =
-      from_environment != nullptr && *from_environment != '\0' ? from_environment : kDefaultLcmUrl;
-  file.Table("lcm").Optional("url", options.lcm_url);
+  options.lcm_url = ReadLcmUrl(file);
   std::filesystem::path calibration;
   file.Table("camera").RequiredPath("calibration", calibration);
   options.camera = GroundCamera::Load(calibration);
 
-  ConfigTable& robot = file.Table("robot");
-  robot.Required("radius_m", options.base.radius_m, Range{0.05, 1.0});
-  robot.Required("centre_x_m", options.base.centre_x_m, Range{-1.0, 1.0});
-  robot.Required("max_speed_mps", options.base.max_speed_mps, Range{0.05, 3.0});
-  robot.Required("max_turn_radps", options.base.max_turn_radps, Range{0.05, 10.0});
-  robot.Required("max_acceleration_mps2", options.base.max_acceleration_mps2, Range{0.05, 10.0});
-  robot.Required("max_turn_acceleration_radps2", options.base.max_turn_acceleration_radps2,
-                 Range{0.05, 50.0});
+  const RobotOptions robot = ReadRobotOptions(file);
+  options.base.radius_m = robot.radius_m;
+  options.base.centre_x_m = robot.centre_x_m;
+  options.base.max_speed_mps = robot.max_speed_mps;
+  options.base.max_turn_radps = robot.max_turn_radps;
+  options.base.max_acceleration_mps2 = robot.max_acceleration_mps2;
+  options.base.max_turn_acceleration_radps2 = robot.max_turn_acceleration_radps2;
 
   ConfigTable& own = file.Table("simulate_robot");
   own.Optional("http_port", options.http_port, Range{0, 65535});

@@ -148,7 +148,7 @@ void DrawStatus(const navigator_status_t& status, const MapView& view, cv::Mat& 
                  cv::MARKER_TILTED_CROSS, 12, 2);
 }
 
-cv::Mat DrawMap(const Site& site, const RobotShape& robot, const Scene& scene) {
+cv::Mat DrawMap(const Site& site, const RobotOptions& robot, const Scene& scene) {
   const MapView view(site.plan);
   cv::Mat map(kHeight, view.width(), CV_8UC3, kPaper);
   if (scene.possible_area) DrawPossibleArea(*scene.possible_area, view, map);
@@ -214,7 +214,7 @@ std::string StatusText(const navigator_status_t& status) {
 
 }  // namespace
 
-cv::Mat DrawScene(const Site& site, const RobotShape& robot, const Scene& scene) {
+cv::Mat DrawScene(const Site& site, const RobotOptions& robot, const Scene& scene) {
   const cv::Mat camera = DrawCamera(scene);
   cv::Mat picture;
   cv::hconcat(camera, DrawMap(site, robot, scene), picture);

@@ -13,6 +13,7 @@
 #include "bot_core/image_t.hpp"
 #include "bot_core/planar_lidar_t.hpp"
 #include "common/frames.hpp"
+#include "common/robot_file.hpp"
 #include "common/site.hpp"
 
 namespace beckon {
@@ -30,12 +31,7 @@ struct Scene {
   std::optional<Eigen::Vector2d> true_caller;  // m, map frame; known in simulation only
 };
 
-struct RobotShape {
-  double radius_m = 0.25;   // of the circular footprint
-  double centre_x_m = 0.0;  // of the footprint, robot frame
-};
-
 // 640 x 480 of camera, beside it a map of the same height and at most 640 wide. CV_8UC3.
-cv::Mat DrawScene(const Site& site, const RobotShape& robot, const Scene& scene);
+cv::Mat DrawScene(const Site& site, const RobotOptions& robot, const Scene& scene);
 
 }  // namespace beckon

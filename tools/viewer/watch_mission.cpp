@@ -12,6 +12,7 @@
 #include "common/log.hpp"
 #include "common/message_bus.hpp"
 #include "common/pose_message.hpp"
+#include "common/robot_file.hpp"
 #include "tools/viewer/mission_log.hpp"
 
 namespace {
@@ -98,11 +99,8 @@ int Watch(const Arguments& arguments) {
   std::filesystem::path site_folder;
   file.Table("site").RequiredPath("folder", site_folder);
   const beckon::Site site = beckon::Site::Load(site_folder);
-  beckon::RobotShape robot;
-  file.Table("robot").Optional("radius_m", robot.radius_m);
-  file.Table("robot").Optional("centre_x_m", robot.centre_x_m);
-  std::string url = arguments.lcm_url.empty() ? beckon::kDefaultLcmUrl : arguments.lcm_url;
-  file.Table("lcm").Optional("url", url);
+  const beckon::RobotOptions robot = beckon::ReadRobotOptions(file);
+  const std::string url = arguments.lcm_url.empty() ? beckon::ReadLcmUrl(file) : arguments.lcm_url;
 
   const beckon::SystemClock clock;
   beckon::MessageBus bus(url);
@@ -155,7 +153,7 @@ int main(int argc, char** argv) {
   app.add_flag("--window", arguments.window, "Show the scene in a window");
   app.add_option("--timeout", arguments.timeout_s, "Give up watching after so many seconds")
       ->capture_default_str();
-  app.add_option("--lcm-url", arguments.lcm_url, "LCM network")->envname("LCM_DEFAULT_URL");
+  app.add_option("--lcm-url", arguments.lcm_url, "LCM network");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
