@@ -23,6 +23,12 @@ class CameraServer::Impl {
           });
     });
     server_.set_tcp_nodelay(true);
+    // Not the library's default, SO_REUSEPORT, with which two cameras would share one port in
+    // silence.
+    server_.set_socket_options([](socket_t socket) {
+      const int yes = 1;
+      setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+    });
     if (port == 0) {
       port_ = server_.bind_to_any_port("127.0.0.1");
     } else if (server_.bind_to_port("127.0.0.1", port)) {

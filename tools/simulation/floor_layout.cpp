@@ -103,18 +103,8 @@ void AddOuterWalls(World& world) {
   }
 }
 
-}  // namespace
-
-void LayOutRooms(const WorldOptions& options, Random& random, World& world) {
-  const int rooms = random.Integer(options.min_rooms, options.max_rooms);
-  const double area_m2 = rooms * random.Uniform(11.0, 16.0);
-  const double aspect = random.Uniform(1.0, 1.6);
-  const auto centimetres = [](double metres) { return 0.01 * std::round(100.0 * metres); };
-  world.min = Eigen::Vector2d::Zero();
-  world.max = {centimetres(std::sqrt(area_m2 * aspect)), centimetres(std::sqrt(area_m2 / aspect))};
-  world.inner_wall_thickness_m = random.Uniform(0.08, 0.14);
-  AddOuterWalls(world);
-  world.rooms.push_back({world.min, world.max});
+// Divides the flat until it has that many rooms; false where there is no place for another wall.
+bool Divide(int rooms, Random& random, World& world) {
   while (static_cast<int>(world.rooms.size()) < rooms) {
     // The largest room that can be cut is cut.
     std::vector<std::size_t> order(world.rooms.size());
@@ -130,8 +120,30 @@ void LayOutRooms(const WorldOptions& options, Random& random, World& world) {
       if (cut) Apply(*cut, order[i], world);
       done = cut.has_value();
     }
-    if (!done) break;
+    if (!done) return false;
   }
+  return true;
+}
+
+}  // namespace
+
+void LayOutRooms(const WorldOptions& options, Random& random, World& world) {
+  const int rooms = random.Integer(options.min_rooms, options.max_rooms);
+  double room_area_m2 = random.Uniform(11.0, 16.0);
+  const World empty = world;
+  do {
+    world = empty;
+    const double area_m2 = rooms * room_area_m2;
+    const double aspect = random.Uniform(1.0, 1.6);
+    const auto centimetres = [](double metres) { return 0.01 * std::round(100.0 * metres); };
+    world.min = Eigen::Vector2d::Zero();
+    world.max = {centimetres(std::sqrt(area_m2 * aspect)),
+                 centimetres(std::sqrt(area_m2 / aspect))};
+    world.inner_wall_thickness_m = random.Uniform(0.08, 0.14);
+    AddOuterWalls(world);
+    world.rooms.push_back({world.min, world.max});
+    room_area_m2 *= 1.05;  // what does not fit gets more space
+  } while (!Divide(rooms, random, world));
 }
 
 }  // namespace beckon::simulation

@@ -2,13 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 namespace beckon::simulation {
 
 Simulation::Simulation(const World& world, const BaseOptions& base, const RadioOptions& radio)
     : world_(world), base_(base, world.seed, world.map_from_robot), radio_(world, radio) {
-  for (const WalkingPerson& plan : world_.people) {
-    people_.emplace_back(plan, "person " + std::to_string(people_.size() + 1));
+  if (!world_.people.empty()) {
+    const auto map = std::make_shared<const ClearanceMap>(MakeClearanceMap(world_));
+    for (const WalkingPerson& plan : world_.people) {
+      const std::size_t number = people_.size() + 1;
+      people_.emplace_back(plan, "person " + std::to_string(number), world_.seed, number, map);
+    }
   }
   UpdateTruth();
 }

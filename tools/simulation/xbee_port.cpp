@@ -68,7 +68,8 @@ XbeePort::XbeePort(const std::filesystem::path& link) : link_(link) {
   if (std::filesystem::is_symlink(link_)) std::filesystem::remove(link_, error);
   if (link_.has_parent_path()) std::filesystem::create_directories(link_.parent_path(), error);
   error.clear();
-  std::filesystem::create_symlink(name.data(), link_, error);
+  terminal_name_ = name.data();
+  std::filesystem::create_symlink(terminal_name_, link_, error);
   if (error) {
     close(controller_);
     close(terminal_);
@@ -77,8 +78,11 @@ XbeePort::XbeePort(const std::filesystem::path& link) : link_(link) {
 }
 
 XbeePort::~XbeePort() {
+  // Another simulation may have taken the link over.
   std::error_code error;
-  std::filesystem::remove(link_, error);
+  if (std::filesystem::read_symlink(link_, error) == terminal_name_) {
+    std::filesystem::remove(link_, error);
+  }
   close(controller_);
   close(terminal_);
 }

@@ -21,7 +21,7 @@ class XbeePort {
   // Opens a pseudo-terminal and makes `link` point to it; a link that is there already is replaced,
   // any other file is not. Throws std::runtime_error.
   explicit XbeePort(const std::filesystem::path& link);
-  // Removes the link.
+  // Removes the link, if it is still its own.
   ~XbeePort();
   XbeePort(const XbeePort&) = delete;
   XbeePort& operator=(const XbeePort&) = delete;
@@ -31,6 +31,7 @@ class XbeePort {
 
  private:
   std::filesystem::path link_;
+  std::filesystem::path terminal_name_;
   int controller_ = -1;
   int terminal_ = -1;  // kept open, so that readers may come and go
 };
