@@ -31,10 +31,16 @@ void ReadBeacons(ConfigTable& table, std::map<std::string, std::string>& beacon_
 
 void ReadDevice(ConfigTable& table, BeaconReaderOptions& options) {
   table.Required("device", options.device);
-  std::string host;
-  std::string port;
-  if (options.device.starts_with("tcp:") && !SplitTcp(options.device, host, port)) {
-    table.Fail("device", "a TCP device is written tcp:HOST:PORT");
+  if (options.device.starts_with("tcp:")) {
+    std::string host;
+    std::string port;
+    if (!SplitTcp(options.device, host, port)) {
+      table.Fail("device", "a TCP device is written tcp:HOST:PORT");
+    }
+  } else {
+    std::filesystem::path path;
+    table.RequiredPath("device", path);
+    options.device = path.string();
   }
   table.Optional("baud", options.baud);
   if (!IsBaudRate(options.baud)) {
