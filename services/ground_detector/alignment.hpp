@@ -26,7 +26,7 @@ struct Alignment {
 struct AlignmentOptions {
   float least_gradient = 1.5F;  // grey levels a pixel; less is noise
   int min_pixels = 150;
-  double least_signal = 2.5;  // gradients over noise, squared, in the direction that has the least
+  double least_signal = 1.6;  // gradients over noise, squared, in the direction that has the least
   double max_range =
       10.0;  // over the camera's height; farther pixels say nothing about translation
   double pixel_correlation = 6.0;  // pixels that err as one, for the covariance

@@ -1,0 +1,167 @@
+// The small picture: segments, evidence, beliefs, colours.
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "services/ground_detector/colour_model.hpp"
+#include "services/ground_detector/mean_shift.hpp"
+#include "services/ground_detector/parallax.hpp"
+#include "services/ground_detector/random_walk.hpp"
+#include "tests/ground_detector/scene.hpp"
+
+namespace beckon {
+namespace {
+
+cv::Vec3f HsiOf(const cv::Vec3b& bgr) {
+  return HsiFromBgr(cv::Mat(1, 1, CV_8UC3, cv::Scalar(bgr[0], bgr[1], bgr[2]))).at<cv::Vec3f>(0, 0);
+}
+
+TEST(HsiFromBgr, IsTheColourCircle) {
+  // Pure red, green, blue: a third of the circle apart, saturation 1, intensity 1/3.
+  EXPECT_NEAR(HsiOf({0, 0, 255})[0], 0.0F, 1e-6F);
+  EXPECT_NEAR(HsiOf({0, 255, 0})[0], 1.0F / 3.0F, 1e-6F);
+  EXPECT_NEAR(HsiOf({255, 0, 0})[0], 2.0F / 3.0F, 1e-6F);
+  EXPECT_NEAR(HsiOf({0, 0, 255})[1], 1.0F, 1e-6F);
+  EXPECT_NEAR(HsiOf({0, 0, 255})[2], 1.0F / 3.0F, 1e-6F);
+}
+
+TEST(HsiFromBgr, SetsTheColourlessApart) {
+  EXPECT_EQ(HsiOf({128, 128, 128})[0], kColourlessHue);
+  EXPECT_EQ(HsiOf({128, 128, 140})[0], kColourlessHue);  // saturation 0.03
+  EXPECT_EQ(HsiOf({0, 0, 30})[0], kColourlessHue);       // intensity 0.04
+  EXPECT_NE(HsiOf({100, 100, 140})[0], kColourlessHue);
+  EXPECT_EQ(HsiOf({0, 0, 0})[1], 0.0F);
+}
+
+cv::Mat TwoHalves(const cv::Scalar& left, const cv::Scalar& right, double noise) {
+  cv::Mat picture(24, 32, CV_8UC3, left);
+  picture.colRange(16, 32).setTo(right);
+  cv::Mat grain(picture.size(), CV_16SC3);
+  cv::RNG random(3);
+  random.fill(grain, cv::RNG::NORMAL, 0.0, noise);
+  cv::Mat sum;
+  picture.convertTo(sum, CV_16SC3);
+  sum += grain;
+  sum.convertTo(picture, CV_8UC3);
+  return picture;
+}
+
+void ExpectTwoHalves(const Segmentation& segments) {
+  EXPECT_EQ(segments.count, 2);
+  for (int v = 0; v < 24; ++v) {
+    for (int u = 0; u < 32; ++u) {
+      EXPECT_EQ(segments.ids.at<int>(v, u), segments.ids.at<int>(0, u < 16 ? 0 : 31))
+          << u << ' ' << v;
+    }
+  }
+}
+
+TEST(MeanShiftSegments, PartsColours) {
+  ExpectTwoHalves(
+      MeanShiftSegments(HsiFromBgr(TwoHalves({40, 60, 180}, {150, 140, 130}, 0.8)), {}));
+}
+
+TEST(MeanShiftSegments, PartsPaleColoursOfOneIntensity) {
+  const cv::Mat picture = TwoHalves({187, 196, 190}, {192, 187, 194}, 0.6);
+  ExpectTwoHalves(MeanShiftSegments(HsiFromBgr(picture, 0.01F), {}));
+}
+
+TEST(MeanShiftSegments, KeepsTextureTogether) {
+  EXPECT_EQ(
+      MeanShiftSegments(HsiFromBgr(TwoHalves({130, 130, 130}, {130, 130, 130}, 6.0)), {}).count, 1);
+}
+
+TEST(GroundEvidence, TellsTheFloorFromABoxAndAdmitsTheRest) {
+  const GroundCamera camera = testing::TestCamera();
+  testing::Scene scene;
+  scene.boxes.push_back({{1.5, -0.3}, {1.8, 0.3}, 0.4, {120.0, 140.0, 150.0}});
+  const Pose2 before_from_now{0.15, 0.0, 0.0};
+  const auto half = [&](const Pose2& pose, unsigned seed) {
+    cv::Mat grey;
+    cv::cvtColor(testing::Render(scene, camera, pose, seed).bgr, grey, cv::COLOR_BGR2GRAY);
+    cv::resize(grey, grey, {}, 0.5, 0.5, cv::INTER_AREA);
+    return grey;
+  };
+  const cv::Size cells(32, 24);
+  const cv::Mat evidence =
+      GroundEvidence(camera, half(before_from_now, 1), half({}, 2), before_from_now, cells, {});
+  // Floor before the box, and the box's upper edge, which lies well above the ground.
+  EXPECT_GT(cv::mean(evidence.rowRange(18, 23))[0], 0.25);
+  const auto edge = camera.PixelFromGround(Eigen::Vector2d(1.35, 0.0) * 0.5 / 0.1);
+  ASSERT_TRUE(edge);
+  EXPECT_LT(cv::mean(evidence(cv::Rect(14, static_cast<int>(edge->y() / 10.0), 4, 1)))[0], -0.25);
+  // Above the horizon nothing is said; nor of a plain floor.
+  EXPECT_EQ(evidence.at<float>(0, 5), 0.0F);
+  scene.floor_contrast = 0.0;
+  scene.boxes.clear();
+  const cv::Mat plain =
+      GroundEvidence(camera, half(before_from_now, 1), half({}, 2), before_from_now, cells, {});
+  EXPECT_LT(std::abs(cv::mean(plain.rowRange(10, 23))[0]), 0.1);
+}
+
+TEST(SpreadBeliefs, GoesAlongWhatLooksAlikeAndStopsAtEdges) {
+  const cv::Size size(30, 10);
+  cv::Mat colours(size, CV_32FC3, cv::Scalar(0.0, 0.0, 0.0));
+  colours.colRange(15, 30).setTo(cv::Scalar(0.0, 0.0, 5.0));
+  CellBeliefs beliefs(size);
+  beliefs.Add(5, 0, 4.0F, 1.0F);
+  beliefs.Add(5, 29, -4.0F, 1.0F);
+  const cv::Mat field = SpreadBeliefs(beliefs, colours, {});
+  for (int v = 0; v < size.height; ++v) {
+    EXPECT_GT(field.at<float>(v, 14), 0.5F);
+    EXPECT_LT(field.at<float>(v, 15), -0.5F);
+  }
+}
+
+TEST(SpreadBeliefs, IsNoughtWhereNothingIsKnown) {
+  const cv::Mat colours(8, 8, CV_32FC3, cv::Scalar(1.0, 1.0, 1.0));
+  EXPECT_EQ(cv::countNonZero(SpreadBeliefs(CellBeliefs(colours.size()), colours, {})), 0);
+}
+
+TEST(SpreadBeliefs, SolvesItsEquations) {
+  // Two linked cells, w = 0.401: weights 1 for 2 and 1 for -1, and the pull of 0.002 to nought.
+  CellBeliefs beliefs({2, 1});
+  beliefs.Add(0, 0, 2.0F, 1.0F);
+  beliefs.Add(0, 1, -1.0F, 1.0F);
+  const cv::Mat field = SpreadBeliefs(beliefs, cv::Mat(1, 2, CV_32FC3, cv::Scalar::all(0.0)), {});
+  Eigen::Matrix2d matrix;
+  matrix << 1.403, -0.401, -0.401, 1.403;
+  const Eigen::Vector2d expected = matrix.inverse() * Eigen::Vector2d(2.0, -1.0);
+  EXPECT_NEAR(field.at<float>(0, 0), expected.x(), 1e-4);
+  EXPECT_NEAR(field.at<float>(0, 1), expected.y(), 1e-4);
+}
+
+TEST(ColourModel, LearnsForgetsAndDistrustsTheNew) {
+  ColourModel model;
+  EXPECT_FALSE(model.knows_ground());
+  const cv::Vec3b floor(120, 140, 150);
+  const cv::Vec3b wall(200, 190, 170);
+  const cv::Vec3b paint(40, 60, 180);
+  for (int i = 0; i < 100; ++i) {
+    model.AddGround(floor);
+    model.AddNotGround(wall);
+  }
+  model.EndFrame();
+  EXPECT_TRUE(model.knows_ground());
+  EXPECT_GT(model.LogRatio(floor), 2.0F);
+  EXPECT_LT(model.LogRatio(wall), -2.0F);
+  EXPECT_LT(model.LogRatio(paint), -1.0F);
+  // One shade lighter is the same floor; in half the light it may be, in a tenth it is not.
+  EXPECT_GT(model.LogRatio({122, 142, 152}), 1.0F);
+  EXPECT_GT(model.LogRatio({72, 84, 90}), -0.5F);
+  EXPECT_LT(model.LogRatio({12, 14, 15}), -1.0F);
+  // A new floor takes over.
+  for (int frame = 0; frame < 300; ++frame) {
+    for (int i = 0; i < 100; ++i) {
+      model.AddGround(paint);
+      model.AddNotGround(floor);
+    }
+    model.EndFrame();
+  }
+  EXPECT_GT(model.LogRatio(paint), 2.0F);
+  EXPECT_LT(model.LogRatio(floor), -2.0F);
+}
+
+}  // namespace
+}  // namespace beckon
