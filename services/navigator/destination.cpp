@@ -34,7 +34,7 @@ void ReadArrivalOptions(ConfigTable& table, ArrivalOptions& options) {
 
 void Destination::Set(const Call& call) { call_ = call; }
 
-void Destination::OnLocation(Instant now, const TagLocation& location) {
+void Destination::OnLocation(Instant now, const LocatedTag& location) {
   // A tag that is not located keeps its last place, which grows old.
   if (!location.is_located) return;
   if (heard_.size() >= kMaxTags && !heard_.contains(location.tag)) {

@@ -31,7 +31,7 @@ class Destination {
   // A call to come; the old one is forgotten.
   void Set(const Call& call);
   void Clear() { call_.reset(); }
-  void OnLocation(Instant now, const TagLocation& location);
+  void OnLocation(Instant now, const LocatedTag& location);
 
   const std::optional<Call>& call() const { return call_; }
   // Where to go; nothing while the tag has not been located.
@@ -45,7 +45,7 @@ class Destination {
 
  private:
   struct Heard {
-    TagLocation location;
+    LocatedTag location;
     Instant at;
   };
   const Heard* CallersLocation() const;

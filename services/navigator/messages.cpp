@@ -25,8 +25,8 @@ Call CallFromMessage(const call_t& message) {
   return call;
 }
 
-TagLocation LocationFromMessage(const location_t& message) {
-  TagLocation location;
+LocatedTag LocationFromMessage(const location_t& message) {
+  LocatedTag location;
   location.utime = message.utime;
   location.tag = message.tag;
   location.is_located = message.status == location_t::OK;

@@ -13,7 +13,7 @@
 namespace beckon {
 
 Call CallFromMessage(const call_t& message);
-TagLocation LocationFromMessage(const location_t& message);
+LocatedTag LocationFromMessage(const location_t& message);
 Scan ScanFromMessage(const bot_core::planar_lidar_t& message);
 SeenGrid GridFromMessage(const occupancy_grid_t& message);
 velocity_command_t MessageFromVelocity(Utime utime, std::int64_t sequence,

@@ -116,7 +116,7 @@ void Navigator::OnCall(Instant now, const Call& call) {
   }
 }
 
-void Navigator::OnLocation(Instant now, const TagLocation& location) {
+void Navigator::OnLocation(Instant now, const LocatedTag& location) {
   if (location.is_located && !(location.position.allFinite() && location.covariance.allFinite() &&
                                location.area_90_m2 >= 0.0 && std::isfinite(location.area_90_m2))) {
     throw std::invalid_argument("a location that is not finite");

@@ -36,7 +36,7 @@ class Navigator {
   Navigator(const NavigatorOptions& options, const FloorPlan& plan);
 
   void OnCall(Instant now, const Call& call);
-  void OnLocation(Instant now, const TagLocation& location);
+  void OnLocation(Instant now, const LocatedTag& location);
   void OnPose(Instant now, Utime utime, const Pose2& map_from_robot);
   void OnOdometry(Instant now, Utime utime, const Pose2& odometry_from_robot);
   void OnScan(Instant now, Scan scan);

@@ -348,7 +348,7 @@ TEST(Destination, GoesNearerWhereTheRadioIsUncertain) {
   Destination destination{ArrivalOptions{}};
   destination.Set({Call::Kind::kTag, 0, "t", Eigen::Vector2d::Zero()});
   EXPECT_EQ(destination.Doubt({}), stop_reason::kLocationMissing);
-  TagLocation location{0, "t", true, {5.0, 3.0}, 0.1 * Eigen::Matrix2d::Identity(), 1.0};
+  LocatedTag location{0, "t", true, {5.0, 3.0}, 0.1 * Eigen::Matrix2d::Identity(), 1.0};
   destination.OnLocation({}, location);
   EXPECT_EQ(destination.Doubt({}), stop_reason::kNone);
   EXPECT_TRUE(destination.HasArrived({5.9, 3.0}, false, planner));

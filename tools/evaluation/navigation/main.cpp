@@ -1,0 +1,77 @@
+// evaluate_navigation: missions in random furnished flats, faster than real time.
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <string>
+
+#include "common/log.hpp"
+#include "tools/evaluation/navigation/report.hpp"
+
+namespace {
+
+struct Seeds {
+  std::uint64_t first = 1;
+  std::uint64_t last = 1;
+};
+
+// "A-B" or "A".
+Seeds ParseSeeds(const std::string& text) {
+  try {
+    std::size_t used = 0;
+    Seeds seeds;
+    seeds.first = seeds.last = std::stoull(text, &used);
+    if (used < text.size() && text[used] == '-') {
+      const std::string rest = text.substr(used + 1);
+      seeds.last = std::stoull(rest, &used);
+      if (used == rest.size() && seeds.last >= seeds.first) return seeds;
+    } else if (used == text.size()) {
+      return seeds;
+    }
+  } catch (const std::logic_error&) {  // not a number, or too large a one
+  }
+  throw CLI::ValidationError("--seeds", "has to be A-B, for example 1-20");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Missions in random furnished flats: one a seed.", "evaluate_navigation");
+  beckon::MissionOptions options = beckon::DefaultMissionOptions();
+  std::string perception = "scan";
+  std::string pose = "odometry";
+  std::string seeds_text = "1-20";
+  std::string pictures;
+  bool as_json = false;
+  app.add_option("--perception", perception,
+                 "scan: true ranges with a camera's faults; camera: pictures")
+      ->check(CLI::IsMember({"scan", "camera"}));
+  app.add_option("--pose", pose, "odometry from a known start, or the truth")
+      ->check(CLI::IsMember({"odometry", "truth"}));
+  app.add_option("--seeds", seeds_text, "A-B");
+  app.add_option("--pictures", pictures, "folder for a picture of each mission that failed");
+  app.add_flag("--json", as_json, "print JSON");
+  Seeds seeds;
+  try {
+    app.parse(argc, argv);
+    seeds = ParseSeeds(seeds_text);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  options.use_camera = perception == "camera";
+  options.use_true_pose = pose == "truth";
+  beckon::StartLogging("evaluate_navigation", beckon::LogLevel::kWarning);
+
+  std::vector<beckon::Mission> missions;
+  if (!as_json) {
+    std::cout << "  seed  outcome          time      path  /short  closest  to caller  reason\n";
+  }
+  for (std::uint64_t seed = seeds.first; seed <= seeds.last; ++seed) {
+    missions.push_back(beckon::RunMission(seed, options));
+    const beckon::Mission& mission = missions.back();
+    if (!as_json) std::cout << beckon::MissionAsLine(mission) << std::flush;
+    if (!pictures.empty() && mission.outcome != "arrived" && mission.outcome != "unreachable") {
+      beckon::DrawMission(mission, pictures + "/mission_" + std::to_string(seed) + ".png");
+    }
+  }
+  std::cout << (as_json ? beckon::MissionsAsJson(missions) : beckon::MissionsAsTable(missions));
+  return 0;
+}

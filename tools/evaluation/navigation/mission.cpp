@@ -1,0 +1,272 @@
+#include "tools/evaluation/navigation/mission.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <deque>
+#include <filesystem>
+#include <stdexcept>
+
+#include "services/range_caster/grid_mapper.hpp"
+#include "services/rssi_localizer/localizer.hpp"
+#include "tools/evaluation/navigation/perception.hpp"
+#include "tools/simulation/folders.hpp"
+#include "tools/simulation/route.hpp"
+#include "tools/simulation/simulation.hpp"
+
+namespace beckon {
+namespace {
+
+using std::chrono::microseconds;
+
+constexpr double kCameraRateHz = 10.0;
+constexpr double kScanLatencyS = 0.12;  // camera, network, ground detector, range caster
+constexpr double kLocationPeriodS = 0.5;
+constexpr double kTickS = 0.05;
+constexpr double kTrailS = 0.2;
+constexpr double kCallAfterS = 3.0;  // the tag has been heard by then
+constexpr std::uint64_t kStepsPerOdometry = 2;
+constexpr std::uint64_t kStepsPerGrid = 10;
+
+// Whether an event of this period falls into the step that ends at `time_s`.
+bool IsDue(double time_s, double period_s) {
+  return std::floor((time_s + 1e-9) / period_s) >
+         std::floor((time_s - simulation::kStepS + 1e-9) / period_s);
+}
+
+// A folder for the time of one statement or two.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string pattern = std::filesystem::temp_directory_path() / "beckon_mission_XXXXXX";
+    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = pattern;
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+// The place as the services know it: through its site folder.
+SiteModel SurveyedSite(const simulation::World& world, const LocalizerOptions& options) {
+  const ScratchFolder folder;
+  simulation::WriteSite(folder.path(), world, {});
+  const Site site = Site::Load(folder.path());
+  return SiteModel::Fit(site, LoadCalibration(folder.path() / "calibration.csv", site), options);
+}
+
+class Runner {
+ public:
+  Runner(std::uint64_t seed, const MissionOptions& options)
+      : options_(options),
+        world_(MissionWorld(seed), BaseOf(options.navigator.robot), {}),
+        perception_(options.use_camera
+                        ? MakeCameraPerception(simulation::DefaultCamera(), world_.world())
+                        : MakeScanPerception(simulation::DefaultCamera(), seed)),
+        mapper_(perception_->caster(), {}),
+        localizer_(SurveyedSite(world_.world(), {}), {}),
+        navigator_(options.navigator, simulation::SiteOf(world_.world()).plan),
+        map_from_odometry_(world_.base().map_from_robot() *
+                           world_.base().odometry_from_robot().Inverse()) {
+    mission_.seed = seed;
+  }
+
+  Mission Run() {
+    while (!IsOver()) Step();
+    Judge();
+    return std::move(mission_);
+  }
+
+ private:
+  static simulation::BaseOptions BaseOf(const RobotOptions& robot) {
+    simulation::BaseOptions base;
+    base.radius_m = robot.radius_m;
+    base.centre_x_m = robot.centre_x_m;
+    base.max_speed_mps = robot.max_speed_mps;
+    base.max_turn_radps = robot.max_turn_radps;
+    base.max_acceleration_mps2 = robot.max_acceleration_mps2;
+    base.max_turn_acceleration_radps2 = robot.max_turn_acceleration_radps2;
+    return base;
+  }
+
+  double time_s() const { return world_.truth().time_s; }
+
+  bool IsOver() const {
+    const NavigatorState state = navigator_.status().state;
+    return time_s() > options_.max_time_s || !world_.truth().collisions.empty() ||
+           state == NavigatorState::kArrived || state == NavigatorState::kGaveUp;
+  }
+
+  void Step() {
+    const auto packets = world_.Step();
+    clock_.Advance(microseconds(UtimeFromSeconds(simulation::kStepS)));
+    const Instant now = clock_.Now();
+    Hear(packets, now);
+    if (world_.steps() % kStepsPerOdometry == 0) {
+      const Pose2& odometry = world_.base().odometry_from_robot();
+      navigator_.OnOdometry(now, now.utime, odometry);
+      mapper_.motion().AddOdometry(now.utime, odometry);
+      navigator_.OnPose(
+          now, now.utime,
+          options_.use_true_pose ? world_.base().map_from_robot() : map_from_odometry_ * odometry);
+    }
+    See(now);
+    if (!has_called_ && time_s() > kCallAfterS) {
+      has_called_ = true;
+      navigator_.OnCall(
+          now, {Call::Kind::kTag, now.utime, simulation::kCallerTag, Eigen::Vector2d::Zero()});
+    }
+    if (IsDue(time_s(), kTickS)) Tick(now);
+    if (IsDue(time_s(), kTrailS)) {
+      mission_.trail.push_back(world_.base().CentreAt(world_.base().map_from_robot()));
+    }
+  }
+
+  void Hear(const std::vector<simulation::RadioPacket>& packets, Instant now) {
+    for (const simulation::RadioPacket& packet : packets) {
+      for (const simulation::HeardTag& heard : packet.heard) {
+        localizer_.Add({now.utime, heard.tag, packet.beacon, static_cast<double>(heard.rssi_dbm)},
+                       now);
+      }
+    }
+    if (!IsDue(time_s(), kLocationPeriodS)) return;
+    for (const auto& location : localizer_.Update(now)) {
+      const bool is_located = location.status == TagLocation::Status::kOk;
+      navigator_.OnLocation(now, {location.utime, location.tag, is_located, location.estimate.mean,
+                                  location.estimate.covariance, location.estimate.area_90_m2});
+    }
+  }
+
+  void See(Instant now) {
+    if (IsDue(time_s(), 1.0 / kCameraRateHz)) {
+      in_flight_.push_back({now, perception_->See(world_, now.utime)});
+    }
+    const auto latency = microseconds(UtimeFromSeconds(kScanLatencyS));
+    while (!in_flight_.empty() && now.steady - in_flight_.front().at.steady >= latency) {
+      const Seen seen = std::move(in_flight_.front());
+      in_flight_.pop_front();
+      navigator_.OnScan(now,
+                        {seen.at.utime, seen.scan.first_bearing_rad, seen.scan.bearing_step_rad,
+                         seen.scan.ranges_m, seen.scan.ground_seen_m});
+      mapper_.AddScan(seen.at.utime, seen.scan);
+    }
+    if (world_.steps() % kStepsPerGrid == 0 && mapper_.Update()) {
+      const OccupancyMap& map = mapper_.map();
+      GridGeometry grid;
+      grid.resolution_m = map.resolution_m();
+      grid.width = grid.height = map.cells();
+      navigator_.OnGrid(now, {mapper_.utime(), map.grid_from_robot(), grid, map.Occupancy()});
+    }
+  }
+
+  void Tick(Instant now) {
+    const Velocity velocity = navigator_.Tick(now);
+    world_.Command(velocity.linear_mps, velocity.angular_radps);
+    const NavigatorStatus& status = navigator_.status();
+    if (status.stop_reason != stop_reason_ && !status.stop_reason.empty()) {
+      ++mission_.stops[status.stop_reason];
+    }
+    stop_reason_ = status.stop_reason;
+    if (!status.route.empty()) mission_.route = status.route;
+  }
+
+  // Arrived: within 2 m of the caller, or inside the 90 % area around the estimate.
+  bool IsBesideCaller(const Eigen::Vector2d& base) {
+    if (world_.truth().to_caller_m <= 2.0) return true;
+    for (const auto& location : localizer_.Update(clock_.Now())) {
+      if (location.tag != simulation::kCallerTag) continue;
+      const Eigen::Vector2d offset = base - location.estimate.mean;
+      constexpr double kArea90 = 4.605;  // chi-square, two degrees of freedom
+      return offset.dot(location.estimate.covariance.inverse() * offset) <= kArea90;
+    }
+    return false;
+  }
+
+  void Judge() {
+    const simulation::Truth& truth = world_.truth();
+    const Eigen::Vector2d base = world_.base().CentreAt(world_.base().map_from_robot());
+    const NavigatorStatus& status = navigator_.status();
+    mission_.time_s = truth.time_s;
+    mission_.path_m = truth.driven_m;
+    mission_.closest_m = truth.closest_m;
+    mission_.closest_to = truth.closest_to;
+    mission_.final_distance_m = truth.to_caller_m;
+    mission_.reason = status.stop_reason.empty() ? status.detail : status.stop_reason;
+
+    const simulation::ClearanceMap clearance = simulation::MakeClearanceMap(world_.world());
+    const double radius = options_.navigator.robot.radius_m;
+    const Eigen::Vector2d start = mission_.trail.empty() ? base : mission_.trail.front();
+    mission_.shortest_m =
+        simulation::LengthOf(simulation::ShortestWay(clearance, start, base, 0.1, radius));
+    if (!truth.collisions.empty()) {
+      mission_.outcome = "collided";
+      mission_.reason = "with " + truth.collisions.front().with;
+    } else if (status.state == NavigatorState::kArrived) {
+      mission_.outcome = IsBesideCaller(base) ? "arrived" : "elsewhere";
+    } else if (status.state == NavigatorState::kGaveUp) {
+      const bool has_way =
+          !simulation::ShortestWay(clearance, start, world_.world().caller, 1.5, radius).empty();
+      mission_.outcome = has_way ? "gave_up" : "unreachable";
+    } else {
+      mission_.outcome = "timeout";
+    }
+  }
+
+  struct Seen {
+    Instant at;
+    VirtualScan scan;
+  };
+
+  const MissionOptions options_;
+  simulation::Simulation world_;
+  std::unique_ptr<Perception> perception_;
+  GridMapper mapper_;
+  Localizer localizer_;
+  Navigator navigator_;
+  const Pose2 map_from_odometry_;
+  ManualClock clock_;
+  std::deque<Seen> in_flight_;
+  bool has_called_ = false;
+  std::string stop_reason_;
+  Mission mission_;
+};
+
+}  // namespace
+
+MissionOptions DefaultMissionOptions() {
+  MissionOptions options;
+  const simulation::BaseOptions base;
+  RobotOptions& robot = options.navigator.robot;
+  robot.radius_m = base.radius_m;
+  robot.centre_x_m = base.centre_x_m;
+  robot.max_speed_mps = base.max_speed_mps;
+  robot.max_turn_radps = base.max_turn_radps;
+  robot.max_acceleration_mps2 = base.max_acceleration_mps2;
+  robot.max_turn_acceleration_radps2 = base.max_turn_acceleration_radps2;
+  return options;
+}
+
+simulation::World MissionWorld(std::uint64_t seed) {
+  simulation::WorldOptions options;
+  options.min_rooms = 1;
+  options.max_rooms = 6;
+  options.min_furniture = 0;
+  options.max_furniture = 10;
+  options.walking_people = static_cast<int>(seed % 4);
+  return simulation::MakeWorld(seed, options);
+}
+
+Mission RunMission(std::uint64_t seed, const MissionOptions& options) {
+  return Runner(seed, options).Run();
+}
+
+}  // namespace beckon
