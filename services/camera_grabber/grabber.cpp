@@ -48,6 +48,7 @@ std::optional<Frame> Grabber::Next(std::chrono::milliseconds timeout) {
     counts_.dropped += source_->TakeDropped();
     if (frame) {
       ++counts_.received;
+      is_refusing_ = false;
       last_frame_ = now.steady;
       state_ = State::kStreaming;
       reason_.clear();
@@ -63,7 +64,7 @@ std::optional<Frame> Grabber::Next(std::chrono::milliseconds timeout) {
     return frame;
   } catch (const FrameError& error) {
     ++counts_.refused;
-    LogWarning(error.what());
+    if (!std::exchange(is_refusing_, true)) LogWarning(error.what());  // the first of a row
     // A source that gives nothing but damage is no better than one that is silent.
     now = clock_.Now();
     if (source_->is_live() && now.steady - last_frame_ > stall_) Lose(error.what(), now);

@@ -52,6 +52,7 @@ class Grabber {
   std::chrono::microseconds open_at_{};
   std::chrono::microseconds last_frame_{};  // or when the source was opened
   Counts counts_;
+  bool is_refusing_ = false;
 };
 
 // The source that the options name.

@@ -20,6 +20,14 @@ std::string_view Trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r\n\"") - first + 1);
 }
 
+// Whether the text ends with at least three characters with which `border` begins.
+bool EndsLikeStartOf(std::string_view border, std::string_view text) {
+  for (std::size_t length = border.size() - 1; length >= 3; --length) {
+    if (text.ends_with(border.substr(0, length))) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 std::string MultipartParser::BoundaryOf(const std::string& content_type) {
@@ -116,14 +124,19 @@ bool MultipartParser::ReadBody(std::vector<Part>& parts) {
     }
     if (end > 0 && buffer_[end - 1] == '\r') --end;
   }
-  part_.body.assign(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(end));
-  // A length that is wrong makes a body that runs into the next part, or stops before its own end.
-  // The former is told by a boundary inside, and the stream is read again from there.
-  const std::string_view body(buffer_.data(), end);
-  if (const auto inside = body.find("\n" + delimiter_); inside != std::string_view::npos) {
+  // A part that was cut short takes the beginning of the next for its own: a boundary begins inside
+  // it, and the stream is read again from there. To see a boundary that reaches beyond the body
+  // takes the bytes after it, which are waited for only if the body ends as a boundary begins.
+  const std::string border = "\n" + delimiter_;
+  const std::size_t inside = std::string_view(buffer_).find(border);
+  if (inside < end) {
     buffer_.erase(0, inside);
     ++malformed_;
+  } else if (length_ > 0 && EndsLikeStartOf(border, std::string_view(buffer_).substr(0, end)) &&
+             buffer_.size() < end + border.size()) {
+    return false;
   } else {
+    part_.body.assign(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(end));
     buffer_.erase(0, end);
     parts.push_back(std::move(part_));
   }

@@ -52,7 +52,7 @@ class VideoFile : public FrameSource {
     if (!std::filesystem::is_regular_file(options.path)) {
       throw SourceError(options.path.string() + " is not there");
     }
-    cv::VideoCapture capture(options.path.string());
+    cv::VideoCapture capture(options.path.string(), cv::CAP_FFMPEG);
     if (!capture.isOpened())
       throw SourceError(options.path.string() + " is not a video that can be opened");
     return capture;
