@@ -58,10 +58,22 @@ void ColourModel::AddGround(const cv::Vec3b& bgr) {
 }
 
 bool ColourModel::MayBeShadow(const cv::Vec3b& bgr) const {
-  const auto bin = static_cast<std::size_t>(ChromaBin(bgr));
-  if (chroma_[bin] < kShadowChroma * ground_.total) return false;
-  const float light = Intensity(bgr) / (chroma_light_[bin] / chroma_[bin]);
-  return light > kDarkestShadow && light < 1.0F;
+  // The bins around it count as well: what lights a shadow has a hue of its own.
+  const int bin = ChromaBin(bgr);
+  float count = 0.0F;
+  float light = 0.0F;
+  for (int row = std::max(bin / kOpponentBins - 1, 0);
+       row <= std::min(bin / kOpponentBins + 1, kOpponentBins - 1); ++row) {
+    for (int column = std::max(bin % kOpponentBins - 1, 0);
+         column <= std::min(bin % kOpponentBins + 1, kOpponentBins - 1); ++column) {
+      const auto neighbour = static_cast<std::size_t>(row * kOpponentBins + column);
+      count += chroma_[neighbour];
+      light += chroma_light_[neighbour];
+    }
+  }
+  if (count <= kShadowChroma * ground_.total) return false;
+  const float share = Intensity(bgr) / (light / count);
+  return share > kDarkestShadow && share < 1.0F;
 }
 
 void ColourModel::Add(Histogram& histogram, const cv::Vec3b& bgr) {

@@ -18,6 +18,7 @@ namespace {
 constexpr float kNarrowRadiusPx = 4.0F;  // around where motion says that a feature is
 constexpr double kPixelSigma = 0.5;      // of a FAST corner, which has whole pixels
 constexpr float kUnsure = 0.7F;          // log-odds; a probability from 1/3 to 2/3
+constexpr float kClear = 1.2F;           // log-odds that some cell of a region has to reach
 constexpr double kDarkGrey = 8.0;        // mean grey level below which nothing can be seen
 
 class Stopwatch {
@@ -39,6 +40,38 @@ std::optional<Eigen::Vector2d> Apply(const Eigen::Matrix3d& homography, const cv
   const Eigen::Vector3d moved = homography * Eigen::Vector3d(pixel.x, pixel.y, 1.0);
   if (moved.z() <= 1e-9) return std::nullopt;
   return Eigen::Vector2d(moved.head<2>() / moved.z());
+}
+
+// Which cells are ground (255) and which are undetermined (255 in `unsure`): those without clear log-odds
+// over some area, and those whose log-odds are nowhere near them clear. Between ground and not, the
+// log-odds pass through 0 as well, but there the border decides.
+cv::Mat DecideCells(const cv::Mat& log_odds, cv::Mat& unsure) {
+  unsure = cv::abs(log_odds) <= kUnsure;
+  cv::morphologyEx(unsure, unsure, cv::MORPH_OPEN, cv::Mat::ones(3, 3, CV_8UC1));
+  cv::Mat ground = log_odds > 0.0F;
+  ground.setTo(0, unsure);
+  for (const float sign : {1.0F, -1.0F}) {
+    const cv::Mat side = sign > 0.0F ? ground.clone() : cv::Mat(~ground & ~unsure);
+    cv::Mat components;
+    const int count = cv::connectedComponents(side, components, 4);
+    std::vector<bool> clear(static_cast<std::size_t>(count), false);
+    for (int v = 0; v < side.rows; ++v) {
+      for (int u = 0; u < side.cols; ++u) {
+        if (sign * log_odds.at<float>(v, u) > kClear) {
+          clear[static_cast<std::size_t>(components.at<int>(v, u))] = true;
+        }
+      }
+    }
+    for (int v = 0; v < side.rows; ++v) {
+      for (int u = 0; u < side.cols; ++u) {
+        const int component = components.at<int>(v, u);
+        if (component == 0 || clear[static_cast<std::size_t>(component)]) continue;
+        unsure.at<std::uint8_t>(v, u) = 255;
+        ground.at<std::uint8_t>(v, u) = 0;
+      }
+    }
+  }
+  return ground;
 }
 
 Pose2 Scaled(const Pose2& velocity, double seconds) {
@@ -453,12 +486,8 @@ GroundFrame GroundDetector::Process(const cv::Mat& bgr, Utime utime) {
   expected_ground_ = log_odds > kUnsure;
   result.ms.classification = watch.Lap();
 
-  // Undetermined is what has no clear log-odds over some area; between ground and not, the log-odds
-  // pass through 0 as well, but there the border decides.
-  cv::Mat ground = log_odds > 0.0F;
-  cv::Mat unsure = cv::abs(log_odds) <= kUnsure;
-  cv::morphologyEx(unsure, unsure, cv::MORPH_OPEN, cv::Mat::ones(3, 3, CV_8UC1));
-  ground.setTo(0, unsure);
+  cv::Mat unsure;
+  cv::Mat ground = DecideCells(log_odds, unsure);
   if (options_.use_borders) {
     ground = RefineBorders(ideal, ground, options_.borders);
   } else {

@@ -213,6 +213,7 @@ Segmentation MeanShiftSegments(const cv::Mat& hsi, const MeanShiftOptions& optio
   }
 
   Segmentation segmentation;
+  segmentation.colours = cone;
   segmentation.modes = modes;
   segmentation.ids.create(hsi.size(), CV_32SC1);
   std::vector<int> number(hsi.total(), -1);

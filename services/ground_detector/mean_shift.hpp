@@ -36,7 +36,9 @@ struct MeanShiftOptions {
 struct Segmentation {
   cv::Mat ids;  // CV_32SC1, 0 to count - 1; each segment is 4-connected
   int count = 0;
-  cv::Mat modes;  // CV_32FC3, colour of the mode of each cell, in units of the kernel's radii
+  // CV_32FC3 in units of the kernel's radii: the colour of each cell, and of the mode that it belongs to.
+  cv::Mat colours;
+  cv::Mat modes;
 };
 
 // `hsi`: as from HsiFromBgr.

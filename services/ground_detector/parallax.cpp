@@ -47,6 +47,17 @@ cv::Mat CellDifference(const cv::Mat& now, const cv::Mat& before,
   return mean;
 }
 
+// How much grey levels vary within a cell.
+cv::Mat CellTexture(const cv::Mat& now, const cv::Size& cells) {
+  cv::Mat smooth;
+  cv::blur(now, smooth, {9, 9});
+  cv::Mat detail;
+  cv::absdiff(now, smooth, detail);
+  detail.convertTo(detail, CV_32F);
+  cv::resize(detail, detail, cells, 0.0, 0.0, cv::INTER_AREA);
+  return detail;
+}
+
 }  // namespace
 
 cv::Mat GroundEvidence(const GroundCamera& camera, const cv::Mat& now, const cv::Mat& before,
@@ -60,6 +71,7 @@ cv::Mat GroundEvidence(const GroundCamera& camera, const cv::Mat& now, const cv:
             CellDifference(now, before, BeforeFromNow(camera, before_from_now, ratio), cells),
             alternative);
   }
+  const cv::Mat texture = CellTexture(now, cells);
   cv::Mat evidence(cells, CV_32FC1, cv::Scalar(0.0));
   for (int row = 0; row < cells.height; ++row) {
     for (int column = 0; column < cells.width; ++column) {
@@ -70,10 +82,15 @@ cv::Mat GroundEvidence(const GroundCamera& camera, const cv::Mat& now, const cv:
       const float as_ground = ground.at<float>(row, column);
       const float otherwise = alternative.at<float>(row, column);
       if (!std::isfinite(as_ground) || !std::isfinite(otherwise)) continue;
-      // The best of several alternatives wins by noise alone a little more often than not: the
-      // noise in the denominator keeps that near 0.
-      evidence.at<float>(row, column) =
+      // The best of several alternatives wins by noise alone a little more often than not: the noise in
+      // the denominator keeps that near 0.
+      const float balance =
           (otherwise - as_ground) / (otherwise + as_ground + 2.0F * options.noise_grey);
+      // Where neither fits, for the texture that there is, something was hidden before or moves by
+      // itself, and which of the two misfits less means little.
+      const float misfit = std::min(otherwise, as_ground) /
+                           (texture.at<float>(row, column) + options.noise_grey);
+      evidence.at<float>(row, column) = balance / (1.0F + misfit * misfit);
     }
   }
   return evidence;

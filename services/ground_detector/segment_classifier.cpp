@@ -164,7 +164,7 @@ cv::Mat SegmentClassifier::Update(const SegmentScene& scene) {
       beliefs.Add(v, u, -kSure, options_.horizon_weight);
     }
   });
-  const cv::Mat log_odds = SpreadBeliefs(beliefs, scene.segments.modes, log_odds_);
+  const cv::Mat log_odds = SpreadBeliefs(beliefs, scene.segments.colours, scene.segments.modes, log_odds_);
   Learn(scene, cell_motion, log_odds);
   ids_ = ids;
   appearance_ = appearance;

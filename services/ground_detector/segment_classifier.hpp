@@ -18,7 +18,7 @@ struct ClassifierOptions {
   // How much each kind of knowledge insists against its surroundings.
   float cell_motion_weight = 0.06F;     // for each unit of log-odds
   float segment_motion_weight = 0.02F;  // for each unit of log-odds
-  float colour_weight = 0.04F;
+  float colour_weight = 0.1F;
   float near_weight = 0.04F;    // what lies directly before the robot is ground, see README
   float horizon_weight = 1.0F;  // what lies above the horizon is not
 };

@@ -107,7 +107,7 @@ TEST(SpreadBeliefs, GoesAlongWhatLooksAlikeAndStopsAtEdges) {
   CellBeliefs beliefs(size);
   beliefs.Add(5, 0, 4.0F, 1.0F);
   beliefs.Add(5, 29, -4.0F, 1.0F);
-  const cv::Mat field = SpreadBeliefs(beliefs, colours, {});
+  const cv::Mat field = SpreadBeliefs(beliefs, colours, colours, {});
   for (int v = 0; v < size.height; ++v) {
     EXPECT_GT(field.at<float>(v, 14), 0.5F);
     EXPECT_LT(field.at<float>(v, 15), -0.5F);
@@ -116,7 +116,7 @@ TEST(SpreadBeliefs, GoesAlongWhatLooksAlikeAndStopsAtEdges) {
 
 TEST(SpreadBeliefs, IsNoughtWhereNothingIsKnown) {
   const cv::Mat colours(8, 8, CV_32FC3, cv::Scalar(1.0, 1.0, 1.0));
-  EXPECT_EQ(cv::countNonZero(SpreadBeliefs(CellBeliefs(colours.size()), colours, {})), 0);
+  EXPECT_EQ(cv::countNonZero(SpreadBeliefs(CellBeliefs(colours.size()), colours, colours, {})), 0);
 }
 
 TEST(SpreadBeliefs, SolvesItsEquations) {
@@ -124,7 +124,8 @@ TEST(SpreadBeliefs, SolvesItsEquations) {
   CellBeliefs beliefs({2, 1});
   beliefs.Add(0, 0, 2.0F, 1.0F);
   beliefs.Add(0, 1, -1.0F, 1.0F);
-  const cv::Mat field = SpreadBeliefs(beliefs, cv::Mat(1, 2, CV_32FC3, cv::Scalar::all(0.0)), {});
+  const cv::Mat colours(1, 2, CV_32FC3, cv::Scalar::all(0.0));
+  const cv::Mat field = SpreadBeliefs(beliefs, colours, colours, {});
   Eigen::Matrix2d matrix;
   matrix << 1.403, -0.401, -0.401, 1.403;
   const Eigen::Vector2d expected = matrix.inverse() * Eigen::Vector2d(2.0, -1.0);
