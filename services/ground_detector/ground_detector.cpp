@@ -15,7 +15,7 @@
 namespace beckon {
 namespace {
 
-constexpr float kNarrowRadiusPx = 4.0F;  // around where motion says that a feature is
+constexpr float kNarrowRadiusPx = 3.0F;  // around where motion says that a feature is
 constexpr double kPixelSigma = 0.5;      // of a FAST corner, which has whole pixels
 constexpr float kUnsure = 0.7F;          // log-odds; a probability from 1/3 to 2/3
 constexpr float kClear = 1.2F;           // log-odds that some cell of a region has to reach
@@ -346,7 +346,12 @@ void GroundDetector::FollowFeatures(const std::vector<Feature>& features,
       matches = MatchNarrow(features, estimate.frame_from_robot);
       estimate = LocateFrom(matches, features, estimate.frame_from_robot, used);
     }
-    if (options_.use_alignment) estimate = Align(estimate, pyramid, dt_s);
+    if (options_.use_alignment) {
+      estimate = Align(estimate, pyramid, dt_s);
+      if (estimate.status == MotionStatus::kOk) {
+        matches = MatchNarrow(features, estimate.frame_from_robot);
+      }
+    }
     result.motion.status = estimate.status;
     result.motion.inliers = estimate.inliers;
     if (estimate.status == MotionStatus::kOk) {
@@ -503,7 +508,13 @@ GroundFrame GroundDetector::Process(const cv::Mat& bgr, Utime utime) {
   result.evidence = evidence;
   result.log_odds = log_odds;
   for (ClassifiedFeature& feature : result.features) {
-    if (!camera.has_distortion()) break;
+    // Back-projection and the region around it have to agree: alone, a feature that was mistaken for its
+    // neighbour contradicts the ground that it lies on.
+    const auto label = labels.at<std::uint8_t>(cvRound(feature.pixel.y), cvRound(feature.pixel.x));
+    if (label != static_cast<std::uint8_t>(feature.feature_class)) {
+      feature.feature_class = FeatureClass::kUndetermined;
+    }
+    if (!camera.has_distortion()) continue;
     const Eigen::Vector2f taken =
         camera.Distorted({feature.pixel.x, feature.pixel.y}).cast<float>();
     feature.pixel = {taken.x(), taken.y()};
