@@ -33,7 +33,8 @@ SiteModel SiteModel::Fit(const Site& site, const std::vector<CalibrationReading>
   for (const CalibrationSample& sample : calibration.samples) walked.push_back(sample.position);
   FloorGrid grid(site.plan, options.grid, walked);
   const ModelChoice choice = Choose(site, calibration, options);
-  FittedModel fitted = BuildFittedModel(grid, site, calibration, choice.parts, options.prior);
+  FittedModel fitted =
+      BuildFittedModel(grid, site, calibration, choice.parts, options.prior, choice.kernel);
   std::string description = choice.Describe();
   if (calibration.samples.empty()) description += ", not calibrated: path loss as configured";
   if (options.model == MeasurementModelKind::kMap2d) {

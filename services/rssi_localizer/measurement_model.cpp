@@ -6,9 +6,6 @@
 #include <functional>
 #include <limits>
 #include <numbers>
-#include <optional>
-
-#include "services/rssi_localizer/residual_map.hpp"
 
 namespace beckon {
 namespace {
@@ -211,7 +208,8 @@ std::string ModelParts::Describe() const {
 
 FittedModel BuildFittedModel(const FloorGrid& grid, const Site& site,
                              const CalibrationSet& calibration, const ModelParts& parts,
-                             const PathLoss& prior) {
+                             const PathLoss& prior,
+                             const std::optional<ResidualKernel>& known_kernel) {
   const int beacons = static_cast<int>(site.beacons.size());
   const auto& samples = calibration.samples;
   const WallCounter walls(site.plan);
@@ -241,6 +239,7 @@ FittedModel BuildFittedModel(const FloorGrid& grid, const Site& site,
   // 2. What the places themselves add; each sample's residual as the map would predict it from
   // elsewhere.
   std::vector<std::optional<ResidualMap>> maps(static_cast<std::size_t>(beacons));
+  std::optional<ResidualKernel> kernel;
   double sd_db = path_loss.sd_db;
   if (parts.residual_map && !samples.empty()) {
     std::vector<std::vector<Residual>> by_beacon(static_cast<std::size_t>(beacons));
@@ -248,10 +247,10 @@ FittedModel BuildFittedModel(const FloorGrid& grid, const Site& site,
     for (std::size_t i = 0; i < samples.size(); ++i) {
       auto& of_beacon = by_beacon[static_cast<std::size_t>(samples[i].beacon)];
       place_in_beacon[i] = of_beacon.size();
-      of_beacon.push_back({samples[i].position, residuals[i].residual_db, samples[i].beacon});
+      of_beacon.push_back({samples[i].position, residuals[i].residual_db});
     }
-    const ResidualKernel kernel = FitResidualKernel(by_beacon, path_loss.sd_db);
-    for (std::size_t b = 0; b < maps.size(); ++b) maps[b].emplace(by_beacon[b], kernel);
+    kernel = known_kernel ? known_kernel : FitResidualKernel(by_beacon, path_loss.sd_db);
+    for (std::size_t b = 0; b < maps.size(); ++b) maps[b].emplace(by_beacon[b], *kernel);
     std::vector<double> explained(samples.size());
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const auto& value =
@@ -288,7 +287,7 @@ FittedModel BuildFittedModel(const FloorGrid& grid, const Site& site,
       table.row.push_back(static_cast<std::uint16_t>(row));
     }
   }
-  return {MeasurementModel(std::move(rows), std::move(tables)), path_loss, parts};
+  return {MeasurementModel(std::move(rows), std::move(tables)), path_loss, parts, kernel};
 }
 
 MeasurementModel BuildMap2d(const FloorGrid& grid, const Site& site,

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "services/rssi_localizer/floor_grid.hpp"
 #include "services/rssi_localizer/path_loss.hpp"
 #include "services/rssi_localizer/posterior.hpp"
+#include "services/rssi_localizer/residual_map.hpp"
 
 namespace beckon {
 
@@ -81,10 +83,13 @@ struct FittedModel {
   MeasurementModel model;
   PathLoss path_loss;
   ModelParts parts;
+  std::optional<ResidualKernel> kernel;  // of the residual map, where it is a part
 };
+// `kernel`: as fitted before to (much of) the same readings; none: it is fitted, which takes long.
 FittedModel BuildFittedModel(const FloorGrid& grid, const Site& site,
                              const CalibrationSet& calibration, const ModelParts& parts,
-                             const PathLoss& prior);
+                             const PathLoss& prior,
+                             const std::optional<ResidualKernel>& kernel = std::nullopt);
 
 // The 2-D map of Lin and Song: the joint histogram of RSSI and distance as it was measured, over
 // all beacons, 2 dB by 0.5 m. p(RSSI | distance) is a column of it, so that the floor plan and not

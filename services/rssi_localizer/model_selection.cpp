@@ -62,7 +62,12 @@ class Judge {
         grid_(site.plan, {.resolution_m = 0.25, .max_cells = kMaxCells}, Walked(calibration)) {}
 
   // The best of kTempers x `strongest` for a model of these parts.
-  Judgement Of(const ModelParts& parts, const std::vector<int>& strongest) const {
+  Judgement Of(const ModelParts& parts, const std::vector<int>& strongest) {
+    // Its three numbers may well come from all readings: what is held back is what they say of a
+    // place.
+    if (parts.residual_map && !kernel_) {
+      kernel_ = BuildFittedModel(grid_, site_, calibration_, parts, prior_).kernel;
+    }
     std::vector<Judgement> judgements;
     for (const int most : strongest) {
       for (const double temper : kTempers) {
@@ -75,7 +80,7 @@ class Judge {
       std::vector<char> keep(folds_.size());
       for (std::size_t i = 0; i < folds_.size(); ++i) keep[i] = folds_[i] != fold ? 1 : 0;
       const FittedModel fitted =
-          BuildFittedModel(grid_, site_, calibration_.Keeping(keep), parts, prior_);
+          BuildFittedModel(grid_, site_, calibration_.Keeping(keep), parts, prior_, kernel_);
       for (std::size_t i = 0; i < folds_.size(); i += stride) {
         if (folds_[i] == fold) AddEpoch(fitted.model, calibration_.epochs[i], judgements);
       }
@@ -88,6 +93,8 @@ class Judge {
     }
     return best;
   }
+
+  const std::optional<ResidualKernel>& kernel() const { return kernel_; }
 
  private:
   static std::vector<Eigen::Vector2d> Walked(const CalibrationSet& calibration) {
@@ -128,6 +135,7 @@ class Judge {
   const PathLoss& prior_;
   std::vector<int> folds_;
   FloorGrid grid_;
+  std::optional<ResidualKernel> kernel_;
 };
 
 }  // namespace
@@ -152,7 +160,7 @@ ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration,
   ModelChoice choice;
   std::vector<int> folds = Folds(calibration);
   if (folds.empty()) return choice;
-  const Judge judge(site, calibration, prior, std::move(folds));
+  Judge judge(site, calibration, prior, std::move(folds));
 
   ModelParts parts{.offsets = false, .walls = false, .residual_map = false, .histogram = false};
   Judgement best = judge.Of(parts, {kAll});
@@ -175,6 +183,7 @@ ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration,
 
   choice.parts = parts;
   choice.trust = best.trust;
+  choice.kernel = judge.kernel();
   choice.held_back_epochs = best.epochs;
   choice.held_back_error_m = best.error_m;
   choice.held_back_log_score = best.log_score;

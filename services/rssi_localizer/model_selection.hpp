@@ -12,6 +12,7 @@ namespace beckon {
 struct ModelChoice {
   ModelParts parts{.offsets = true, .walls = false, .residual_map = false, .histogram = true};
   Trust trust;
+  std::optional<ResidualKernel> kernel;
   int held_back_epochs = 0;          // that were judged; 0: there was nothing to judge by
   double held_back_error_m = 0.0;    // their mean error
   double held_back_log_score = 0.0;  // mean log probability density at the true place, per m^2

@@ -44,6 +44,7 @@ Estimate Summarise(const FloorGrid& grid, std::span<const float> probability) {
     const Eigen::Vector2d off = grid.centres()[cell] - estimate.mean;
     estimate.covariance += static_cast<double>(probability[cell]) * off * off.transpose();
   }
+  estimate.covariance(1, 0) = estimate.covariance(0, 1);
   estimate.covariance += grid.cell_area_m2() / 12.0 * Eigen::Matrix2d::Identity();
 
   // Selecting the likeliest cells needs no full sort: most of the probability is in few of them.

@@ -9,7 +9,7 @@
 namespace beckon {
 namespace {
 
-constexpr int kMaxBins = 250;  // solving takes the cube of it
+constexpr int kMaxBins = 150;  // solving takes the cube of it
 constexpr double kMaxReadingsPerBin = 4.0;
 
 struct Binned {
@@ -103,6 +103,14 @@ ResidualMap::Value ResidualMap::At(const Eigen::Vector2d& position) const {
 
 ResidualKernel FitResidualKernel(const std::vector<std::vector<Residual>>& by_beacon,
                                  double sd_db) {
+  // Three numbers do not need all beacons.
+  constexpr std::size_t kMostBeacons = 8;
+  std::vector<const std::vector<Residual>*> beacons;
+  for (const std::vector<Residual>& residuals : by_beacon) beacons.push_back(&residuals);
+  std::stable_sort(beacons.begin(), beacons.end(),
+                   [](const auto* a, const auto* b) { return a->size() > b->size(); });
+  beacons.resize(std::min(beacons.size(), kMostBeacons));
+
   ResidualKernel best;
   double best_score = -std::numeric_limits<double>::infinity();
   for (const double length_m : {0.7, 1.5, 3.0, 6.0}) {
@@ -110,8 +118,8 @@ ResidualKernel FitResidualKernel(const std::vector<std::vector<Residual>>& by_be
       const ResidualKernel kernel{sd_db * std::sqrt(explained), length_m,
                                   sd_db * std::sqrt(1.0 - explained)};
       double score = 0.0;
-      for (const std::vector<Residual>& residuals : by_beacon) {
-        score += ResidualMap(residuals, kernel).log_score();
+      for (const std::vector<Residual>* residuals : beacons) {
+        score += ResidualMap(*residuals, kernel).log_score();
       }
       if (score > best_score) {
         best_score = score;

@@ -16,7 +16,6 @@ namespace beckon {
 struct Residual {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();  // m, map frame
   double residual_db = 0.0;                            // measured minus expected RSSI
-  int beacon = 0;
 };
 
 // Covariance amplitude_db^2 exp(-distance / length_m) between two places, plus noise of each

@@ -1,0 +1,104 @@
+#include "services/rssi_localizer/messages.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "common/pose_message.hpp"
+
+namespace beckon {
+namespace {
+
+TagLocation EvenlyOver(const FloorGrid& grid) {
+  TagLocation location;
+  location.tag = "tag";
+  location.utime = 5;
+  location.probability.assign(static_cast<std::size_t>(grid.size()),
+                              1.0F / static_cast<float>(grid.size()));
+  location.estimate = Summarise(grid, location.probability);
+  return location;
+}
+
+FloorPlan Plan(double width, double height) {
+  FloorPlan plan;
+  plan.max = {width, height};
+  return plan;
+}
+
+TEST(LocationMap, FitsOneDatagramHoweverLargeTheFloor) {
+  const FloorGrid grid(Plan(300.0, 200.0), {.resolution_m = 0.25, .max_cells = 1'000'000});
+  const probability_map_t map = MapFromLocation(grid, EvenlyOver(grid));
+  EXPECT_LT(map.getEncodedSize(), 60'000);
+  EXPECT_EQ(map.size, map.width * map.height);
+  EXPECT_EQ(map.credible_level.size(), static_cast<std::size_t>(map.size));
+  EXPECT_GE(map.width * map.resolution_m, 300.0);
+  EXPECT_GE(map.height * map.resolution_m, 200.0);
+}
+
+TEST(LocationMap, LevelsBelow230AreTheNinetyPercentArea) {
+  FloorPlan plan = Plan(10.0, 10.0);
+  plan.obstacles = {{{0.0, 0.0}, {1.0, 0.0}, {1.0, 10.0}, {0.0, 10.0}}};
+  const FloorGrid grid(plan, {.resolution_m = 0.25});
+  TagLocation location = EvenlyOver(grid);
+  for (std::size_t cell = 0; cell < location.probability.size(); ++cell) {
+    const double squared = (grid.centres()[cell] - Eigen::Vector2d(6.0, 5.0)).squaredNorm();
+    location.probability[cell] = static_cast<float>(-squared);
+  }
+  NormaliseLog(location.probability);
+  location.estimate = Summarise(grid, location.probability);
+  const probability_map_t map = MapFromLocation(grid, location);
+  int walkable = 0;
+  int inside = 0;
+  for (const std::uint8_t level : map.credible_level) {
+    walkable += level != 255 ? 1 : 0;
+    inside += level < 230 ? 1 : 0;
+  }
+  EXPECT_EQ(walkable, grid.size());
+  EXPECT_NEAR(inside * 0.25 * 0.25, location.estimate.area_90_m2, 0.1);
+  // Rows run upwards: the likeliest cell is where the mean is.
+  const int index = grid.geometry().IndexAt({6.0, 5.0});
+  EXPECT_LT(map.credible_level[static_cast<std::size_t>(index)], 10);
+}
+
+TEST(LocationMessage, CarriesTheEstimate) {
+  const FloorGrid grid(Plan(6.0, 4.0), {.resolution_m = 0.1});
+  TagLocation location = EvenlyOver(grid);
+  location.status = TagLocation::Status::kSilent;
+  location.beacons = 3;
+  location.readings = 7;
+  const location_t message = MessageFromLocation(location);
+  EXPECT_EQ(message.utime, 5);
+  EXPECT_EQ(message.tag, "tag");
+  EXPECT_EQ(message.status, location_t::SILENT);
+  EXPECT_NEAR(message.position[0], 3.0, 1e-3);
+  EXPECT_NEAR(message.position[1], 2.0, 1e-3);
+  EXPECT_NEAR(message.covariance[0], 3.0, 0.01);
+  EXPECT_NEAR(message.covariance[3], 4.0 / 3.0, 0.01);
+  EXPECT_EQ(message.covariance[1], message.covariance[2]);
+  EXPECT_EQ(message.beacons, 3);
+  EXPECT_EQ(message.readings, 7);
+}
+
+TEST(RobotPose, IsOdometryMovedIntoTheMap) {
+  const bot_core::pose_t odometry = MessageFromPose(7, {2.0, 0.0, 0.5}, 0.4, -0.3);
+  const Pose2 map_from_odometry{1.0, 2.0, std::numbers::pi / 2.0};
+  const bot_core::pose_t pose = RobotPoseFromOdometry(odometry, map_from_odometry);
+  EXPECT_EQ(pose.utime, 7);
+  EXPECT_NEAR(pose.pos[0], 1.0, 1e-9);
+  EXPECT_NEAR(pose.pos[1], 4.0, 1e-9);
+  EXPECT_NEAR(PoseFromMessage(pose).theta, 0.5 + std::numbers::pi / 2.0, 1e-9);
+  EXPECT_NEAR(std::hypot(pose.vel[0], pose.vel[1]), 0.4, 1e-9);
+  EXPECT_NEAR(pose.vel[0], 0.4 * std::cos(0.5 + std::numbers::pi / 2.0), 1e-9);
+  EXPECT_NEAR(pose.rotation_rate[2], -0.3, 1e-9);
+}
+
+TEST(RobotPose, NonsenseIsRefused) {
+  bot_core::pose_t odometry = MessageFromPose(7, {2.0, 0.0, 0.5}, 0.4, -0.3);
+  odometry.pos[0] = std::nan("");
+  EXPECT_THROW(RobotPoseFromOdometry(odometry, {}), std::invalid_argument);
+  EXPECT_THROW(RobotPoseFromOdometry(bot_core::pose_t{}, {}), std::invalid_argument)
+      << "a zero quaternion is no rotation";
+}
+
+}  // namespace
+}  // namespace beckon
