@@ -17,6 +17,8 @@ constexpr std::size_t kMaxTags = 4096;
 constexpr double kInsideArea = 3.2;
 // Being inside a vast area says little about being beside the caller.
 constexpr double kMaxAreaReachM = 2.5;
+// The route ends within the reach, the robot about there.
+constexpr double kEndM = 0.2;
 
 }  // namespace
 
@@ -83,7 +85,7 @@ bool Destination::HasArrived(const Eigen::Vector2d& base, bool is_at_end,
   const double distance = offset.norm();
   if (distance <= StopDistance() && plan.HasLineOfSight(goal->point, base)) return true;
   if (!is_at_end) return false;
-  if (distance <= goal->reach_m) return true;
+  if (distance <= goal->reach_m + kEndM) return true;
   if (call_->kind == Call::Kind::kPoint) return false;
   const Eigen::Matrix2d& covariance = CallersLocation()->location.covariance;
   return distance <= kMaxAreaReachM && covariance.determinant() > 1e-12 &&

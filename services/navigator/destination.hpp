@@ -17,7 +17,7 @@ struct ArrivalOptions {
   double tag_distance_m = 1.0;
   double min_tag_distance_m = 0.4;
   // Where something is in the way, this near to the estimate is near enough.
-  double tag_reach_m = 1.7;
+  double tag_reach_m = 1.6;
   double point_distance_m = 0.15;
   double point_reach_m = 0.6;
   double location_timeout_s = 10.0;

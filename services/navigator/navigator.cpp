@@ -22,6 +22,7 @@ constexpr double kMaxTickS = 0.2;
 // Patience with whatever is in the way: people walk on.
 constexpr double kWaitForObstacleS = 4.0;
 constexpr double kWaitAtGoalS = 2.0;
+constexpr double kNearGoalM = 1.2;
 constexpr double kWaitForRouteS = 1.5;
 constexpr int kMaxRecoveries = 6;
 constexpr double kFreeAgainM = 0.7;
@@ -243,12 +244,14 @@ Velocity Navigator::Drive(Instant now, const Pose2& local_from_base) {
   for (const Eigen::Vector2d& point : route_) status_.route.push_back(*map_from_local_ * point);
 
   // Who stands in the way close to the goal may well be the caller.
+  const Eigen::Vector2d base = map_from_base.translation();
+  const bool is_near = (base - goal->point).norm() < kNearGoalM || recoveries_ > 1;
   const bool is_kept_off =
-      blocked_s > kWaitAtGoalS && planner_.HasLineOfSight(goal->point, map_from_base.translation());
+      blocked_s > kWaitAtGoalS && is_near && planner_.HasLineOfSight(goal->point, base);
   const bool is_at_end = is_kept_off || (!route_.empty() && step.distance_to_go_m < kRouteEndM);
-  if (destination_.HasArrived(map_from_base.translation(), is_at_end, planner_)) {
+  if (destination_.HasArrived(base, is_at_end, planner_)) {
     if (std::abs(monitor_.last().linear_mps) < kStandingMps) {
-      const double distance = (map_from_base.translation() - goal->point).norm();
+      const double distance = (base - goal->point).norm();
       Finish(NavigatorState::kArrived, Metres(distance) + " from where the call came from");
     }
     return {};

@@ -16,7 +16,7 @@ constexpr double kMaxClearanceM = 10.0;
 constexpr double kEscapeM = 0.35;
 constexpr float kEscapeCost = 15.0F;
 // What an end is worth: a metre nearer to the goal is worth this many metres of way.
-constexpr double kNearnessWeight = 2.0;
+constexpr double kNearnessWeight = 6.0;
 // The caller wants the robot in the room, not behind its wall, even if the way is long.
 constexpr double kBehindWallCost = 40.0;
 
@@ -124,17 +124,20 @@ RoutePlanner::CostMap RoutePlanner::MakeCostMap(const cv::Mat& seen_clearance,
   const auto* plan = plan_clearance_.ptr<float>();
   const auto* seen = seen_clearance.ptr<float>();
   const double half_cell = 0.5 * grid_.resolution_m;
+  // Seen obstacles reach to the near side of their cells; walls of the plan are lines through
+  // theirs.
+  const double seen_radius = robot_.radius_m + half_cell;
   const double plan_radius = std::max(half_cell, robot_.radius_m - options_.plan_tolerance_m);
   for (int cell = 0; cell < grid_.size(); ++cell) {
     float& cost = costs.per_metre[static_cast<std::size_t>(cell)];
-    const bool is_passable = plan[cell] >= plan_radius && seen[cell] >= robot_.radius_m;
+    const bool is_passable = plan[cell] >= plan_radius && seen[cell] >= seen_radius;
     if (!is_passable) {
       const bool may_escape = plan[cell] > half_cell && seen[cell] > half_cell &&
                               (grid_.Centre(cell) - base).norm() < kEscapeM;
       cost = may_escape ? kEscapeCost : kImpassable;
       continue;
     }
-    const double around = std::min(plan[cell], seen[cell]) - robot_.radius_m;
+    const double around = std::min<double>(plan[cell], seen[cell] - half_cell) - robot_.radius_m;
     const double lack = std::max(0.0, 1.0 - around / options_.comfort_m);
     cost = static_cast<float>(1.0 + options_.comfort_weight * lack * lack);
   }

@@ -26,9 +26,9 @@ bool IsRepetition(const Scan& a, const Scan& b) {
     const bool both_nan = std::isnan(a.ranges_m[ray]) && std::isnan(b.ranges_m[ray]);
     if (!both_nan && a.ranges_m[ray] != b.ranges_m[ray]) return false;
     if (a.ground_seen_m[ray] != b.ground_seen_m[ray]) return false;
-    if (std::isfinite(a.ranges_m[ray])) ++hits;
+    if (std::isfinite(a.ranges_m[ray]) && a.ground_seen_m[ray] > 0.0F) ++hits;
   }
-  // Nothing but open floor does look the same from everywhere.
+  // Open floor does look the same from everywhere, and so does a wall that fills the picture.
   return hits >= kFrozenHits;
 }
 

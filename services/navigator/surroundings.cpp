@@ -14,6 +14,8 @@ constexpr std::uint8_t kFreeUpTo = 90;  // 45 %
 constexpr double kNothingNearM = 10.0;
 // The floor under the robot and a little round it counts as seen: it stands there.
 constexpr double kOwnPlaceM = 0.12;
+// By so much the clearance may seem to shrink along a way that keeps it.
+constexpr double kSlackM = 0.005;
 
 }  // namespace
 
@@ -56,7 +58,8 @@ void Surroundings::Update(const Pose2& local_from_base) {
     clearance_ = cv::Mat(window_.height, window_.width, CV_32FC1, cv::Scalar(kNothingNearM));
   } else {
     cv::distanceTransform(obstacles_, clearance_, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-    clearance_ *= kResolutionM;
+    // To the near side of the cell, not to its middle.
+    clearance_ = kResolutionM * clearance_ - 0.5 * kResolutionM;
   }
 }
 
@@ -123,10 +126,18 @@ void Surroundings::DrawScan(const Pose2& local_from_base) {
 }
 
 double Surroundings::Clearance(const Eigen::Vector2d& point) const {
-  const int column = window_.Column(point.x());
-  const int row = window_.Row(point.y());
-  if (!window_.Contains(column, row)) return 0.0;
-  return clearance_.at<float>(row, column);
+  // Between the four cell centres around the point; a value per cell would jump by centimetres.
+  const Eigen::Vector2d cell =
+      (point - window_.origin) / kResolutionM - Eigen::Vector2d::Constant(0.5);
+  const int column = static_cast<int>(std::floor(cell.x()));
+  const int row = static_cast<int>(std::floor(cell.y()));
+  if (!window_.Contains(column, row) || !window_.Contains(column + 1, row + 1)) return 0.0;
+  const double right = cell.x() - column;
+  const double up = cell.y() - row;
+  const auto* lower = clearance_.ptr<float>(row) + column;
+  const auto* upper = clearance_.ptr<float>(row + 1) + column;
+  return (1.0 - up) * ((1.0 - right) * lower[0] + right * lower[1]) +
+         up * ((1.0 - right) * upper[0] + right * upper[1]);
 }
 
 bool Surroundings::IsSeen(const Eigen::Vector2d& point) const {
@@ -153,8 +164,8 @@ ArcView LookAlong(const Surroundings& surroundings, const RobotOptions& robot,
                   const Pose2& local_from_base, double curvature_per_m, int direction,
                   double length_m, double margin_m) {
   const double at_start = surroundings.Clearance(local_from_base.translation());
+  const double needed = std::min(robot.radius_m + margin_m, at_start - kSlackM);
   ArcView view{length_m, length_m, at_start - robot.radius_m};
-  double nearest_so_far = at_start;
   Pose2 pose = local_from_base;
   const double step = 0.5 * kResolutionM;
   for (double way = step; way <= length_m; way += step) {
@@ -165,10 +176,7 @@ ArcView LookAlong(const Surroundings& surroundings, const RobotOptions& robot,
     pose.theta += direction * step * curvature_per_m;
 
     const double clearance = surroundings.Clearance(pose.translation());
-    if (clearance < robot.radius_m + margin_m && clearance < nearest_so_far - 0.25 * kResolutionM) {
-      view.free_m = std::min(view.free_m, way - step);
-    }
-    nearest_so_far = std::min(nearest_so_far, std::max(clearance, 0.0));
+    if (clearance < needed) view.free_m = std::min(view.free_m, way - step);
     view.clearance_m = std::min(view.clearance_m, clearance - robot.radius_m);
 
     // The sides of the disc follow where its front has been: only the middle of the front has to be
