@@ -177,6 +177,12 @@ TEST(DeviceSource, SaysWhyADeviceIsNoCamera) {
               HasSubstr("/dev/null is not a camera"));
 }
 
+TEST(RtspStream, SaysThatThereIsNoStream) {
+  const SystemClock clock;
+  EXPECT_THAT(ErrorOf([&] { OpenRtspStream("rtsp://127.0.0.1:9/none", 85, clock); }),
+              HasSubstr("rtsp://127.0.0.1:9/none"));
+}
+
 // A source that does what the test says.
 struct Script {
   std::function<std::optional<Frame>()> next;

@@ -165,6 +165,10 @@ TEST_F(SimulateRobot, WritesASequenceWithItsTruth) {
   EXPECT_EQ(frame.size(), cv::Size(640, 480));
   ASSERT_EQ(truth.type(), CV_8UC1);
   EXPECT_EQ(cv::countNonZero(truth == 1) + cv::countNonZero(truth == 2), 640 * 480);
+
+  const auto again = RunToEnd("simulate_robot", {"--sequence", folder.string(), "--frames", "1"});
+  EXPECT_EQ(again.exit_code, 1);
+  EXPECT_THAT(again.output, HasSubstr("not empty"));
 }
 
 TEST_F(SimulateRobot, ABadConfigurationIsExitCodeTwoWithTheKey) {

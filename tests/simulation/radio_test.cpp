@@ -126,14 +126,14 @@ TEST(Xbee, FramesAreEscapedAndSummedUp) {
   // By hand: data 81 00 11 3F 00 "t -5\n"; the address byte 11 is escaped as 7D 31. Sum of the data
   // is 0x81 + 0x11 + 0x3F + 0x74 + 0x20 + 0x2D + 0x35 + 0x0A = 0x1D1; checksum FF - D1 = 2E.
   const RadioPacket packet{"0011", -63, {{"t", -5}}};
-  EXPECT_THAT(XbeeFrame(packet), ElementsAre(0x7e, 0x00, 0x0a, 0x81, 0x00, 0x7d, 0x31, 0x3f, 0x00,
+  EXPECT_THAT(XbeeBytes(packet), ElementsAre(0x7e, 0x00, 0x0a, 0x81, 0x00, 0x7d, 0x31, 0x3f, 0x00,
                                              't', ' ', '-', '5', '\n', 0x2e));
 }
 
 TEST(Xbee, PayloadsStayWithinAPacket) {
   RadioPacket packet{"0001", -50, {}};
   for (int i = 0; i < 50; ++i) packet.heard.push_back({"caller", -60});
-  EXPECT_LT(XbeeFrame(packet).size(), 120U);
+  EXPECT_LT(XbeeBytes(packet).size(), 120U);
 }
 
 }  // namespace

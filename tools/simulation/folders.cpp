@@ -185,8 +185,13 @@ void WriteCamera(const std::filesystem::path& file, const std::string& name, dou
 
 void WriteSequence(const std::filesystem::path& folder, const World& world,
                    const GroundCamera& camera, const SequenceOptions& options) {
-  std::filesystem::create_directories(folder / "frames");
-  std::filesystem::create_directories(folder / "truth");
+  for (const char* name : {"frames", "truth"}) {
+    std::filesystem::create_directories(folder / name);
+    // Frames of an earlier, longer drive would be taken for this one's.
+    if (!std::filesystem::is_empty(folder / name)) {
+      throw std::runtime_error((folder / name).string() + " is not empty");
+    }
+  }
   WriteCamera(folder / "sequence.toml", "simulated_" + std::to_string(world.seed), options.rate_hz,
               camera);
   Output scans(folder / "scans.csv");

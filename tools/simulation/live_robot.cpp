@@ -101,7 +101,7 @@ class LiveRobot {
 
  private:
   void Step(Utime utime) {
-    for (const RadioPacket& packet : simulation_.Step()) xbee_.Write(XbeeFrame(packet));
+    for (const RadioPacket& packet : simulation_.Step()) xbee_.Write(XbeeBytes(packet));
     TakeSnapshot(utime);
     const std::uint64_t step = simulation_.steps();
     if (step % kStepsPerOdometry == 0) {

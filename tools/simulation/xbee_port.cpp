@@ -11,24 +11,12 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "services/beacon_reader/xbee_frames.hpp"
+
 namespace beckon::simulation {
-namespace {
 
-constexpr std::uint8_t kDelimiter = 0x7e;
-constexpr std::uint8_t kEscape = 0x7d;
-constexpr std::uint8_t kReceive16 = 0x81;
-
-void AppendEscaped(std::uint8_t byte, std::vector<std::uint8_t>& out) {
-  if (byte == kDelimiter || byte == kEscape || byte == 0x11 || byte == 0x13) {
-    out.push_back(kEscape);
-    byte ^= 0x20;
-  }
-  out.push_back(byte);
-}
-
-}  // namespace
-
-std::vector<std::uint8_t> XbeeFrame(const RadioPacket& packet) {
+std::vector<std::uint8_t> XbeeBytes(const RadioPacket& packet) {
+  constexpr std::uint8_t kReceive16 = 0x81;
   constexpr std::size_t kMaxPayload = 100;  // of an 802.15.4 packet
   const unsigned long address = std::stoul(packet.beacon, nullptr, 16);
   std::vector<std::uint8_t> data = {kReceive16, static_cast<std::uint8_t>(address >> 8),
@@ -42,16 +30,7 @@ std::vector<std::uint8_t> XbeeFrame(const RadioPacket& packet) {
     payload += line.size();
     data.insert(data.end(), line.begin(), line.end());
   }
-  std::vector<std::uint8_t> frame = {kDelimiter};
-  AppendEscaped(static_cast<std::uint8_t>(data.size() >> 8), frame);
-  AppendEscaped(static_cast<std::uint8_t>(data.size() & 0xffU), frame);
-  unsigned sum = 0;
-  for (const std::uint8_t byte : data) {
-    sum += byte;
-    AppendEscaped(byte, frame);
-  }
-  AppendEscaped(static_cast<std::uint8_t>(0xffU - (sum & 0xffU)), frame);
-  return frame;
+  return XbeeFrame(data, XbeeApiMode::kEscaped);
 }
 
 XbeePort::XbeePort(const std::filesystem::path& link) : link_(link) {

@@ -14,7 +14,7 @@ namespace beckon::simulation {
 // address (the beacon's id, four hexadecimal digits), RSSI byte (-dBm), options, and as payload one
 // line "tag rssi_dbm" for each tag that the beacon heard. Digi, "XBee/XBee-PRO RF Modules",
 // 90000982, chapter API operation.
-std::vector<std::uint8_t> XbeeFrame(const RadioPacket& packet);
+std::vector<std::uint8_t> XbeeBytes(const RadioPacket& packet);
 
 class XbeePort {
  public:
