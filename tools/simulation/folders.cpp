@@ -87,17 +87,17 @@ void WriteCalibration(const std::filesystem::path& file, const World& world, con
   const ClearanceMap map = MakeClearanceMap(world);
   long long utime = kFirstUtime;
   std::uint64_t draws = 0;
-  for (double y = world.min.y() + 0.4; y < world.max.y(); y += kRasterM) {
-    for (double x = world.min.x() + 0.4; x < world.max.x(); x += kRasterM) {
-      if (map.At({x, y}) < kPersonRadiusM) continue;
-      for (int packet = 0; packet < kPackets; ++packet) {
-        utime += 250'000;
-        for (std::size_t i = 0; i < world.beacons.size(); ++i) {
-          Random random(world.seed, Stream::kCalibrationWalk, draws++);
-          if (const auto rssi = radio.Transmit(i, {x, y}, kTagHeightM, random)) {
-            out.Print("%lld,calibration,%s,%d,%.3f,%.3f\n", utime, world.beacons[i].id.c_str(),
-                      *rssi, x, y);
-          }
+  const GridGeometry raster = GridGeometry::Covering(world.min, world.max, kRasterM);
+  for (int i = 0; i < raster.size(); ++i) {
+    const Eigen::Vector2d place = raster.Centre(i);
+    if (map.At(place) < kPersonRadiusM) continue;
+    for (int packet = 0; packet < kPackets; ++packet) {
+      utime += 250'000;
+      for (std::size_t k = 0; k < world.beacons.size(); ++k) {
+        Random random(world.seed, Stream::kCalibrationWalk, draws++);
+        if (const auto rssi = radio.Transmit(k, place, kTagHeightM, random)) {
+          out.Print("%lld,calibration,%s,%d,%.3f,%.3f\n", utime, world.beacons[k].id.c_str(), *rssi,
+                    place.x(), place.y());
         }
       }
     }
