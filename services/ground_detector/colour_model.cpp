@@ -7,7 +7,7 @@ namespace beckon {
 namespace {
 
 constexpr float kForgetting = 0.97F;       // per frame: a new floor takes over within some 3 s
-constexpr float kGroundNovelty = 0.03F;    // probability that ground has a colour not seen before
+constexpr float kGroundNovelty = 0.15F;    // probability that ground has a colour not seen before
 constexpr float kNotGroundNovelty = 0.5F;  // the same for all else
 constexpr float kNovelDensity = 1.0F / 1500.0F;  // of a new colour in a bin; most bins never occur
 

@@ -18,7 +18,7 @@ namespace {
 constexpr float kNarrowRadiusPx = 3.0F;  // around where motion says that a feature is
 constexpr double kPixelSigma = 0.5;      // of a FAST corner, which has whole pixels
 constexpr float kUnsure = 0.7F;          // log-odds; a probability from 1/3 to 2/3
-constexpr float kClear = 1.2F;           // log-odds that some cell of a region has to reach
+constexpr float kClear = 1.0F;           // log-odds that some cell of a region has to reach
 constexpr double kDarkGrey = 8.0;        // mean grey level below which nothing can be seen
 
 class Stopwatch {
