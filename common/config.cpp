@@ -3,6 +3,8 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <set>
@@ -58,6 +60,17 @@ std::string AsToml(const T& value) {
   std::ostringstream out;
   out << toml::value<T>(value);
   return out.str();
+}
+
+// The shortest text that reads back as the same number.
+template <>
+std::string AsToml<double>(const double& value) {
+  std::array<char, 32> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  std::string text(buffer.data(), end);
+  if (text.find_first_of(".en") == std::string::npos)
+    text += ".0";  // or it would be a whole number
+  return text;
 }
 
 std::string LimitsText(const Range& range) {

@@ -109,9 +109,11 @@ TEST_F(ConfigTest, MissingFile) {
 }
 
 TEST_F(ConfigTest, EffectiveConfigurationReadsBackAsItself) {
-  ASSERT_EQ(ErrorOf("[range_caster]\nmax_range_m = 6.25\n"), "");
+  ASSERT_EQ(ErrorOf("[range_caster]\nmax_range_m = 6.1\n"), "");
   const std::string first = effective_;
-  EXPECT_THAT(first, HasSubstr("rays = 180"));
+  EXPECT_THAT(first, HasSubstr("rays = 180\n"));
+  EXPECT_THAT(first, HasSubstr("max_range_m = 6.1\n"));
+  EXPECT_THAT(first, HasSubstr("origin = [0.0, 0.0]\n"));
   map_.clear();
   rays_ = 1;
   mode_ = "fast";
