@@ -1,6 +1,7 @@
 #include "services/navigator/surroundings.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -16,6 +17,16 @@ constexpr double kNothingNearM = 10.0;
 constexpr double kOwnPlaceM = 0.12;
 // By so much the clearance may seem to shrink along a way that keeps it.
 constexpr double kSlackM = 0.005;
+
+// Unit vectors from 80 degrees right to 80 degrees left of ahead.
+const std::array<Eigen::Vector2d, 9> kLeadingRim = [] {
+  std::array<Eigen::Vector2d, 9> rim;
+  for (std::size_t i = 0; i < rim.size(); ++i) {
+    const double angle = RadiansFromDegrees(20.0 * static_cast<double>(i) - 80.0);
+    rim[i] = {std::cos(angle), std::sin(angle)};
+  }
+  return rim;
+}();
 
 }  // namespace
 
@@ -53,6 +64,10 @@ void Surroundings::Update(const Pose2& local_from_base) {
   obstacles_ = cv::Mat(window_.height, window_.width, CV_8UC1, cv::Scalar(255));
   if (grid_) DrawGrid();
   if (scan_) DrawScan(local_from_base);
+
+  // The cell before an obstacle is never sure to be free, nor is the one beside the sector that was
+  // seen.
+  cv::dilate(seen_, seen_, cv::Mat());
 
   if (cv::countNonZero(obstacles_) == window_.size()) {
     clearance_ = cv::Mat(window_.height, window_.width, CV_32FC1, cv::Scalar(kNothingNearM));
@@ -166,6 +181,8 @@ ArcView LookAlong(const Surroundings& surroundings, const RobotOptions& robot,
   const double at_start = surroundings.Clearance(local_from_base.translation());
   const double needed = std::min(robot.radius_m + margin_m, at_start - kSlackM);
   ArcView view{length_m, length_m, at_start - robot.radius_m};
+  // A cell that is partly floor counts as seen, even if the rest of it is a wall.
+  const double rim_m = robot.radius_m + margin_m + 0.5 * kResolutionM;
   Pose2 pose = local_from_base;
   const double step = 0.5 * kResolutionM;
   for (double way = step; way <= length_m; way += step) {
@@ -179,13 +196,11 @@ ArcView LookAlong(const Surroundings& surroundings, const RobotOptions& robot,
     if (clearance < needed) view.free_m = std::min(view.free_m, way - step);
     view.clearance_m = std::min(view.clearance_m, clearance - robot.radius_m);
 
-    // The sides of the disc follow where its front has been: only the middle of the front has to be
-    // seen.
-    for (const double side : {-0.4, 0.0, 0.4}) {
-      const Eigen::Vector2d front =
-          pose * Eigen::Vector2d(direction * robot.radius_m, side * robot.radius_m);
-      if ((front - local_from_base.translation()).norm() < robot.radius_m + kOwnPlaceM) continue;
-      if (!surroundings.IsSeen(front)) view.seen_m = std::min(view.seen_m, way - step);
+    // The leading half of the rim is what comes to new floor.
+    for (const Eigen::Vector2d& direction_on_rim : kLeadingRim) {
+      const Eigen::Vector2d rim = pose * Eigen::Vector2d(direction * rim_m * direction_on_rim);
+      if ((rim - local_from_base.translation()).norm() < robot.radius_m + kOwnPlaceM) continue;
+      if (!surroundings.IsSeen(rim)) view.seen_m = std::min(view.seen_m, way - step);
     }
     if (view.free_m < way && view.seen_m < way) break;
   }

@@ -25,7 +25,7 @@ class Surroundings {
   // From a point to the nearest cell that is occupied, m; large where there is none around. 0
   // outside the map.
   double Clearance(const Eigen::Vector2d& point) const;
-  // Whether the floor at a point has been seen and nothing stands there.
+  // Whether the floor at a point has been seen, or an obstacle just beside it.
   bool IsSeen(const Eigen::Vector2d& point) const;
   // From the middle of the disc to the nearest obstacle of the newest scan, m; inf where there is
   // none.
@@ -56,7 +56,7 @@ class Surroundings {
 // What lies along the arc that a velocity leads to.
 struct ArcView {
   double free_m = 0.0;       // that the disc can go before it touches something
-  double seen_m = 0.0;       // that it can go before its front reaches floor that was not seen
+  double seen_m = 0.0;       // that it can go before any of it reaches floor that was not seen
   double clearance_m = 0.0;  // least distance of the disc's edge to an obstacle on the way
 };
 // Follows the arc for `length_m`. `curvature_per_m`: positive to the left; `direction` +1 ahead, -1

@@ -26,14 +26,14 @@ FloorPlan Room(double width, double depth) {
   return plan;
 }
 
-// 61 rays over 60 degrees that see this far, and hit something there where `is_hit`.
+// 121 rays over 120 degrees that see this far, and hit something there where `is_hit`.
 Scan FlatScan(Utime utime, float range, bool is_hit) {
   Scan scan;
   scan.utime = utime;
-  scan.first_bearing_rad = RadiansFromDegrees(-30.0);
+  scan.first_bearing_rad = RadiansFromDegrees(-60.0);
   scan.bearing_step_rad = RadiansFromDegrees(1.0);
-  scan.ranges_m.assign(61, is_hit ? range : kInf);
-  scan.ground_seen_m.assign(61, range);
+  scan.ranges_m.assign(121, is_hit ? range : kInf);
+  scan.ground_seen_m.assign(121, range);
   return scan;
 }
 
@@ -151,7 +151,7 @@ TEST(Surroundings, ObstacleThatMayBeNearerIsTakenAsNear) {
   RobotOptions robot;
   Surroundings surroundings(robot);
   Scan scan = FlatScan(1, 0.6F, true);
-  scan.ground_seen_m.assign(61, 0.0F);  // not even the nearest visible pixel is ground
+  scan.ground_seen_m.assign(121, 0.0F);  // not even the nearest visible pixel is ground
   surroundings.SetScan(scan, {});
   surroundings.Update({});
   EXPECT_LT(LookAlong(surroundings, robot, {}, 0.0, 1, 1.0, 0.0).free_m, 0.1);
