@@ -63,8 +63,7 @@ TEST_F(RobotFilesTest, TheExampleHasEveryKeyWithItsDefault) {
       // A key whose default is "none" stands there as a comment.
       const std::string key = line.substr(0, line.find(" = ")) + " = ";
       EXPECT_TRUE(example.find("\n" + key) != std::string::npos ||
-                  example.find("
-#" + key) != std::string::npos)
+                  example.find("\n# " + key) != std::string::npos)
           << service << ": " << key;
     }
   }
