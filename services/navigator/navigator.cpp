@@ -239,7 +239,8 @@ Velocity Navigator::Drive(Instant now, const Pose2& local_from_base) {
   const double blocked_s = blocked_since_ ? SecondsSince(now, *blocked_since_) : 0.0;
   Step step;
   if (!route_.empty()) step = follower_.Follow(route_, local_from_base, surroundings_);
-  status_.distance_to_go_m = step.distance_to_go_m;
+  // While there is no route, the last one says how far it is.
+  if (!route_.empty()) status_.distance_to_go_m = step.distance_to_go_m;
   status_.route.clear();
   for (const Eigen::Vector2d& point : route_) status_.route.push_back(*map_from_local_ * point);
 
@@ -261,7 +262,7 @@ Velocity Navigator::Drive(Instant now, const Pose2& local_from_base) {
     return {};
   }
 
-  WatchProgress(now, step.distance_to_go_m, local_from_base);
+  WatchProgress(now, status_.distance_to_go_m, local_from_base);
   if (!ActiveCall()) return {};
   if (maneuver_ == Maneuver::kLookAround) return LookAround(local_from_base);
   if (maneuver_ == Maneuver::kBackOut) return BackOut(local_from_base);

@@ -181,8 +181,7 @@ ArcView LookAlong(const Surroundings& surroundings, const RobotOptions& robot,
   const double at_start = surroundings.Clearance(local_from_base.translation());
   const double needed = std::min(robot.radius_m + margin_m, at_start - kSlackM);
   ArcView view{length_m, length_m, at_start - robot.radius_m};
-  // A cell that is partly floor counts as seen, even if the rest of it is a wall.
-  const double rim_m = robot.radius_m + margin_m + 0.5 * kResolutionM;
+  const double rim_m = robot.radius_m + margin_m;
   Pose2 pose = local_from_base;
   const double step = 0.5 * kResolutionM;
   for (double way = step; way <= length_m; way += step) {
