@@ -81,7 +81,7 @@ class Door : public ::testing::TestWithParam<int> {};
 TEST_P(Door, OfEightyCentimetresIsPassedBothWays) {
   TestWorldOptions options;
   options.seed = static_cast<std::uint64_t>(GetParam());
-  options.range_noise = 0.02;
+  options.faults.range_noise = 0.02;
   options.pose_noise_m = 0.02;
   options.pose_noise_rad = 0.01;
   // The localizer is off by up to 15 cm, in another direction each time.
@@ -104,9 +104,9 @@ class NoisyWorld : public ::testing::TestWithParam<int> {};
 TEST_P(NoisyWorld, PhantomsAndBlindSpotsDoNotKeepItFromArriving) {
   TestWorldOptions options;
   options.seed = static_cast<std::uint64_t>(GetParam());
-  options.range_noise = 0.04;
-  options.phantom_rate = 0.1;
-  options.blind_rate = 0.2;
+  options.faults.range_noise = 0.04;
+  options.faults.phantom_rate = 0.1;
+  options.faults.blind_rate = 0.2;
   options.pose_noise_m = 0.03;
   options.pose_noise_rad = 0.015;
   options.odometry_drift_rad_per_m = 0.02;
@@ -127,7 +127,7 @@ class StepsIn : public ::testing::TestWithParam<int> {};
 TEST_P(StepsIn, StopsBeforeAPersonWhoStepsInAndGoesOnAfterwards) {
   TestWorldOptions options;
   options.seed = static_cast<std::uint64_t>(GetParam());
-  options.range_noise = 0.03;
+  options.faults.range_noise = 0.03;
   TestWorld world(Hall(), {}, {1.0, 3.0, 0.0}, options);
   world.CallTo({9.0, 3.0});
   ASSERT_TRUE(world.Run(20.0, [&] { return world.position().x() > 3.0; }));
@@ -369,8 +369,8 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(ClosedLoop, CommandsKeepTheLimits) {
   const NavigatorOptions options = TestWorld::DefaultNavigator();
   TestWorldOptions noise;
-  noise.range_noise = 0.03;
-  noise.phantom_rate = 0.1;
+  noise.faults.range_noise = 0.03;
+  noise.faults.phantom_rate = 0.1;
   TestWorld world(TwoRooms(3.0, 0.9), {Box(3.0, 2.9, 0.5, 0.5)}, {1.0, 3.0, 2.0}, noise, options);
   Velocity last;
   double largest_step = 0.0;

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "common/label_runs.hpp"
-
 namespace beckon::testing {
 namespace {
 
@@ -53,17 +51,13 @@ TestWorld::TestWorld(const FloorPlan& plan, const std::vector<Polygon>& unknown,
                      const NavigatorOptions& navigator)
     : options_(options),
       robot_(navigator.robot),
-      caster_(WorldCamera(), {}),
-      mapper_(caster_, OccupancyMapOptions{}),
+      scanner_(WorldCamera(), options.faults, options.seed),
+      mapper_(scanner_.caster(), OccupancyMapOptions{}),
       faces_(plan.Faces()),
       started_(clock_.Now()),
       random_(options.seed),
       navigator_(navigator, plan),
       base_(map_from_base) {
-  const GroundCamera camera = WorldCamera();
-  open_floor_seen_m_ =
-      caster_.Cast(cv::Mat(camera.height, camera.width, CV_8UC1, cv::Scalar(kGround)), 0.0, 0.0)
-          .ground_seen_m;
   for (const Polygon& polygon : unknown) {
     for (std::size_t i = 0; i < polygon.size(); ++i) {
       faces_.push_back({polygon[i], polygon[(i + 1) % polygon.size()], std::nullopt});
@@ -139,56 +133,28 @@ double TestWorld::FreeSpace(const Eigen::Vector2d& point) const {
   return nearest;
 }
 
-VirtualScan TestWorld::LookAround() {
-  VirtualScan scan;
-  const std::size_t rays = caster_.rays();
-  scan.bearing_step_rad = RadiansFromDegrees(0.5);
-  scan.first_bearing_rad = -0.5 * scan.bearing_step_rad * static_cast<double>(rays - 1);
+double TestWorld::Range(double bearing_rad) const {
   const Pose2 robot = base_ * robot_.RobotFromBase().Inverse();
-  std::uniform_real_distribution<double> uniform;
-  const auto block = [&](double rate) {
-    const bool happens = uniform(random_) < rate;
-    const auto start = static_cast<std::size_t>(uniform(random_) * static_cast<double>(rays));
-    const auto length = static_cast<std::size_t>(5.0 + 40.0 * uniform(random_));
-    return std::pair(happens ? start : rays, happens ? start + length : rays);
-  };
-  const auto phantom = block(options_.phantom_rate);
-  const double phantom_range = 0.5 + 2.5 * uniform(random_);
-  const auto blind = block(options_.blind_rate);
-  for (std::size_t ray = 0; ray < rays; ++ray) {
-    const double bearing = robot.theta + scan.Bearing(ray);
-    const Eigen::Vector2d direction(std::cos(bearing), std::sin(bearing));
-    double range = kInfinity;
-    for (const Wall& face : faces_) {
-      const Eigen::Vector2d edge = face.to - face.from;
-      const Eigen::Vector2d offset = face.from - robot.translation();
-      const double denominator = direction.x() * edge.y() - direction.y() * edge.x();
-      if (std::abs(denominator) < 1e-12) continue;
-      const double along = (offset.x() * edge.y() - offset.y() * edge.x()) / denominator;
-      const double part = (offset.x() * direction.y() - offset.y() * direction.x()) / denominator;
-      if (along >= 0.0 && part >= 0.0 && part <= 1.0) range = std::min(range, along);
-    }
-    for (const Person& person : people) {
-      range = std::min(range, RangeToDisc(robot.translation(), direction, person));
-    }
-    range *= 1.0 + Noise(options_.range_noise);
-    if (ray >= phantom.first && ray < phantom.second) range = std::min(range, phantom_range);
-    const double nearest = caster_.nearest_visible_m()[ray];
-    const double farthest = open_floor_seen_m_[ray];
-    double seen = range <= nearest ? 0.0 : std::min(range, farthest);
-    double measured = range <= farthest ? std::max(range, nearest) : kInfinity;
-    if (ray >= blind.first && ray < blind.second) {
-      seen = 0.0;
-      measured = std::numeric_limits<double>::quiet_NaN();
-    }
-    scan.ranges_m.push_back(static_cast<float>(measured));
-    scan.ground_seen_m.push_back(static_cast<float>(seen));
+  const double bearing = robot.theta + bearing_rad;
+  const Eigen::Vector2d direction(std::cos(bearing), std::sin(bearing));
+  double range = kInfinity;
+  for (const Wall& face : faces_) {
+    const Eigen::Vector2d edge = face.to - face.from;
+    const Eigen::Vector2d offset = face.from - robot.translation();
+    const double denominator = direction.x() * edge.y() - direction.y() * edge.x();
+    if (std::abs(denominator) < 1e-12) continue;
+    const double along = (offset.x() * edge.y() - offset.y() * edge.x()) / denominator;
+    const double part = (offset.x() * direction.y() - offset.y() * direction.x()) / denominator;
+    if (along >= 0.0 && part >= 0.0 && part <= 1.0) range = std::min(range, along);
   }
-  return scan;
+  for (const Person& person : people) {
+    range = std::min(range, RangeToDisc(robot.translation(), direction, person));
+  }
+  return range;
 }
 
 void TestWorld::Sense() {
-  const VirtualScan seen = LookAround();
+  const VirtualScan seen = scanner_.Look([this](double bearing) { return Range(bearing); });
   in_flight_.push_back({now(),
                         {now().utime, seen.first_bearing_rad, seen.bearing_step_rad, seen.ranges_m,
                          seen.ground_seen_m}});

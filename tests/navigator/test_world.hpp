@@ -14,7 +14,7 @@
 #include "common/floor_plan.hpp"
 #include "services/navigator/navigator.hpp"
 #include "services/range_caster/grid_mapper.hpp"
-#include "services/range_caster/ray_caster.hpp"
+#include "tools/evaluation/navigation/truth_scan.hpp"
 
 namespace beckon::testing {
 
@@ -26,9 +26,7 @@ struct Person {
 
 struct TestWorldOptions {
   std::uint64_t seed = 1;
-  double range_noise = 0.0;   // relative, sd
-  double phantom_rate = 0.0;  // of scans in which a block of rays hits something that is not there
-  double blind_rate = 0.0;    // of scans in which a block of rays is undetermined
+  ScanFaults faults;
   double pose_noise_m = 0.0;  // sd of each pose
   double pose_noise_rad = 0.0;
   Pose2 pose_bias;  // the map's origin as the localizer has it
@@ -81,15 +79,14 @@ class TestWorld {
   void Move(double step_s);
   void Sense();
   void Deliver();
-  VirtualScan LookAround();
+  double Range(double bearing_rad) const;
   double FreeSpace(const Eigen::Vector2d& point) const;
   double Noise(double sd) { return sd * normal_(random_); }
 
   TestWorldOptions options_;
   RobotOptions robot_;
-  RayCaster caster_;
+  TruthScanner scanner_;
   GridMapper mapper_;
-  std::vector<float> open_floor_seen_m_;
   std::vector<Wall> faces_;
   ManualClock clock_;
   Instant started_;
