@@ -92,7 +92,12 @@ class DeviceSource : public FrameSource {
       }
       newest = buffer;
     }
-    if (!newest) return std::nullopt;
+    if (!newest) {
+      if ((waiting.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0) {
+        throw SourceError(Name() + " went away");
+      }
+      return std::nullopt;
+    }
     const v4l2_buffer buffer = *newest;
     const Utime utime = CaptureTimeOf(buffer);
     std::vector<std::uint8_t> data;

@@ -40,8 +40,6 @@ std::optional<Frame> Grabber::Next(std::chrono::milliseconds timeout) {
       source_ = open_();
       now = clock_.Now();
       last_frame_ = now.steady;
-      state_ = State::kOpening;
-      reason_ = "no frame yet";
     }
     std::optional<Frame> frame = source_->Next(timeout);
     now = clock_.Now();

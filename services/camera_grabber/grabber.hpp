@@ -14,9 +14,9 @@ namespace beckon {
 class Grabber {
  public:
   enum class State {
-    kOpening,  // no frame yet from the source that is open
+    kOpening,  // no frame yet since the start
     kStreaming,
-    kLost,   // no source; opened again after a pause
+    kLost,   // given up and opened again after a pause, until there is a frame
     kEnded,  // played to the end
   };
   struct Counts {
@@ -46,8 +46,8 @@ class Grabber {
   const std::chrono::microseconds stall_;
   const Clock& clock_;
   std::unique_ptr<FrameSource> source_;
-  State state_ = State::kLost;
-  std::string reason_ = "not opened yet";
+  State state_ = State::kOpening;
+  std::string reason_ = "no frame yet";
   std::chrono::milliseconds pause_ = kFirstPause;
   std::chrono::microseconds open_at_{};
   std::chrono::microseconds last_frame_{};  // or when the source was opened

@@ -119,8 +119,7 @@ void WriteReadings(const std::filesystem::path& folder, const World& world, cons
   std::uint64_t draws = 1U << 24U;
   Random place(world.seed, Stream::kCalibrationWalk, draws++);
   for (int done = 0; done < kPlaces;) {
-    const Eigen::Vector2d point(place.Uniform(world.min.x(), world.max.x()),
-                                place.Uniform(world.min.y(), world.max.y()));
+    const Eigen::Vector2d point = place.UniformIn(world.min, world.max);
     if (map.At(point) < kPersonRadiusM) continue;
     ++done;
     for (int packet = 0; packet < kPackets; ++packet) {
@@ -224,7 +223,8 @@ void WriteSequence(const std::filesystem::path& folder, const World& world,
     const std::string truth_file = (folder / "truth" / (std::string(name) + ".png")).string();
     if (!cv::imwrite(truth_file, labels)) throw std::runtime_error("cannot write " + truth_file);
     poses.Print("%d,%lld,%.6f,%.6f,%.6f\n", frame,
-                static_cast<long long>(std::llround(1e6 * time_s)), pose.x, pose.y, pose.theta);
+                static_cast<long long>(UtimeFromSeconds(simulation.truth().time_s)), pose.x, pose.y,
+                pose.theta);
     for (int ray = 0; ray < kRays; ++ray) {
       const double bearing = half_view * (1.0 - 2.0 * ray / (kRays - 1.0));
       const double range = simulation.Range(bearing);

@@ -37,8 +37,8 @@ float ContactShade(float distance_m) {
 Lighting::Lighting(const World& world, Random& random) : rooms_(world.rooms) {
   for (const Room& room : rooms_) {
     const Eigen::Vector2d size = room.max - room.min;
-    const Eigen::Vector2d place = room.min + Eigen::Vector2d(random.Uniform(0.3, 0.7) * size.x(),
-                                                             random.Uniform(0.3, 0.7) * size.y());
+    const Eigen::Vector2d place =
+        room.min + size.cwiseProduct(random.UniformIn({0.3, 0.3}, {0.7, 0.7}));
     const auto ambient = static_cast<float>(random.Uniform(0.55, 0.8));
     lamps_.push_back({{place.x(), place.y(), kLampHeightM}, 1.2F - ambient, ambient});
   }

@@ -27,7 +27,8 @@ Radio::Radio(const World& world, const RadioOptions& options)
     std::vector<Wave>& waves = waves_.emplace_back();
     // Random Fourier features (Rahimi and Recht, 2007) of a Gaussian correlation exp(-d^2 / 2 L^2).
     for (int k = 0; k < kWaves; ++k) {
-      const Eigen::Vector2d number(random.Normal(), random.Normal());
+      const double number_y = random.Normal();
+      const Eigen::Vector2d number(random.Normal(), number_y);
       waves.push_back(
           {number / options_.shadowing_length_m, random.Uniform(0.0, 2.0 * std::numbers::pi)});
     }

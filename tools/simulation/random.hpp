@@ -2,6 +2,7 @@
 // the parts of the simulation draw in, and however many draws one of them makes.
 #pragma once
 
+#include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -42,6 +43,13 @@ class Random {
   // In [0, 1).
   double Uniform() { return static_cast<double>(Bits() >> 11) * 0x1.0p-53; }
   double Uniform(double min, double max) { return min + (max - min) * Uniform(); }
+  // A point of a rectangle. (Arguments of one call are drawn in no particular order, so that two
+  // draws in one expression would be another world with another compiler.)
+  Eigen::Vector2d UniformIn(const Eigen::Vector2d& min, const Eigen::Vector2d& max) {
+    const double y = Uniform(min.y(), max.y());
+    const double x = Uniform(min.x(), max.x());
+    return {x, y};
+  }
   // In [min, max], both included.
   int Integer(int min, int max) {
     return min + static_cast<int>(Bits() % static_cast<std::uint64_t>(max - min + 1));

@@ -162,6 +162,17 @@ Colour Books(const Look& look, float x, float y, bool wraps) {
   return Mix(look.first * 0.6F, spine * (0.95F + 0.1F * fine), joint);
 }
 
+struct Limits {
+  double min;
+  double max;
+};
+Colour RandomColour(Random& random, Limits hue_deg, Limits saturation, Limits value) {
+  const double v = random.Uniform(value.min, value.max);
+  const double s = random.Uniform(saturation.min, saturation.max);
+  const double h = random.Uniform(hue_deg.min, hue_deg.max);
+  return FromHsv(h, s, v);
+}
+
 // A colour at least this far from the floor's, so that it is not lost on it.
 Colour Unlike(const Colour& floor, Random& random, double max_saturation, double min_value,
               double max_value) {
@@ -169,8 +180,8 @@ Colour Unlike(const Colour& floor, Random& random, double max_saturation, double
   Colour best;
   double best_difference = -1.0;
   for (int i = 0; i < 12 && best_difference < kLeastDifference; ++i) {
-    const Colour colour = FromHsv(random.Uniform(0.0, 360.0), random.Uniform(0.0, max_saturation),
-                                  random.Uniform(min_value, max_value));
+    const Colour colour =
+        RandomColour(random, {0.0, 360.0}, {0.0, max_saturation}, {min_value, max_value});
     const double difference = cv::norm(colour - floor);
     if (difference > best_difference) {
       best_difference = difference;
@@ -196,10 +207,8 @@ Look RandomFloorLook(Random& random) {
                                         LookKind::kStone, LookKind::kLinoleum};
   const LookKind kind = kKinds[random.Integer(0, 4)];
   const bool wooden = kind == LookKind::kPlanks;
-  const Colour first = wooden ? FromHsv(random.Uniform(20.0, 38.0), random.Uniform(0.3, 0.6),
-                                        random.Uniform(0.5, 0.85))
-                              : FromHsv(random.Uniform(0.0, 360.0), random.Uniform(0.03, 0.3),
-                                        random.Uniform(0.45, 0.85));
+  const Colour first = wooden ? RandomColour(random, {20.0, 38.0}, {0.3, 0.6}, {0.5, 0.85})
+                              : RandomColour(random, {0.0, 360.0}, {0.03, 0.3}, {0.45, 0.85});
   Look look = MakeLook(kind, first, first * static_cast<float>(random.Uniform(0.55, 0.75)), random);
   look.size_m = wooden ? random.Uniform(0.09, 0.18) : random.Uniform(0.28, 0.45);
   return look;

@@ -42,8 +42,7 @@ Solid RandomFurniture(const Room& room, int number, Random& random) {
     const double radius = random.Uniform(0.12, 0.3);
     const Eigen::Vector2d span = size.array() - 2.0 * radius;
     const Eigen::Vector2d centre =
-        room.min.array() + radius +
-        span.array() * Eigen::Array2d(random.Uniform(), random.Uniform());
+        room.min.array() + radius + span.array() * random.UniformIn({0.0, 0.0}, {1.0, 1.0}).array();
     return MakeCylinder(name, SolidKind::kFurniture, centre, radius, random.Uniform(0.35, 1.3));
   }
   const double length = random.Uniform(0.35, 1.4);
@@ -63,7 +62,7 @@ Solid RandomFurniture(const Room& room, int number, Random& random) {
   const double reach = 0.5 * std::hypot(length, depth);
   const Eigen::Vector2d span = (size.array() - 2.0 * reach).max(0.0);
   const Eigen::Vector2d centre =
-      room.min.array() + reach + span.array() * Eigen::Array2d(random.Uniform(), random.Uniform());
+      room.min.array() + reach + span.array() * random.UniformIn({0.0, 0.0}, {1.0, 1.0}).array();
   return MakeBox(name, SolidKind::kFurniture,
                  {centre.x(), centre.y(), random.Uniform(0.0, std::numbers::pi)}, {length, depth},
                  height);
@@ -106,8 +105,7 @@ void LayDecals(Random& random, World& world) {
       rug.kind = Decal::Kind::kRug;
       rug.size = {random.Uniform(0.8, 1.8), random.Uniform(0.6, 1.3)};
       const Eigen::Vector2d middle =
-          room.min + Eigen::Vector2d(random.Uniform(0.35, 0.65) * size.x(),
-                                     random.Uniform(0.35, 0.65) * size.y());
+          room.min + size.cwiseProduct(random.UniformIn({0.35, 0.35}, {0.65, 0.65}));
       rug.map_from_decal = {middle.x(), middle.y(), random.Uniform(-0.3, 0.3)};
       world.decals.push_back(rug);
     }
@@ -116,8 +114,7 @@ void LayDecals(Random& random, World& world) {
       paper.kind = Decal::Kind::kPaper;
       paper.size = {0.297, 0.210};
       const Eigen::Vector2d middle =
-          room.min +
-          Eigen::Vector2d(random.Uniform(0.2, 0.8) * size.x(), random.Uniform(0.2, 0.8) * size.y());
+          room.min + size.cwiseProduct(random.UniformIn({0.2, 0.2}, {0.8, 0.8}));
       paper.map_from_decal = {middle.x(), middle.y(), random.Uniform(-3.1, 3.1)};
       world.decals.push_back(paper);
     }
@@ -127,8 +124,7 @@ void LayDecals(Random& random, World& world) {
 std::optional<Eigen::Vector2d> RandomFreePoint(const World& world, const ClearanceMap& map,
                                                double clearance_m, Random& random) {
   for (int attempt = 0; attempt < 2000; ++attempt) {
-    const Eigen::Vector2d point(random.Uniform(world.min.x(), world.max.x()),
-                                random.Uniform(world.min.y(), world.max.y()));
+    const Eigen::Vector2d point = random.UniformIn(world.min, world.max);
     if (map.At(point) >= clearance_m) return point;
   }
   return std::nullopt;
@@ -298,7 +294,7 @@ Site SiteOf(const World& world) {
       world.min, {world.max.x(), world.min.y()}, world.max, {world.min.x(), world.max.y()}};
   site.plan.walls = world.inner_walls;
   for (const Solid& solid : world.solids) {
-    // The first four walls are the outer ones, which the outline stands for.
+    // The outer walls are what the outline stands for.
     const bool inner = (solid.centre.array() > world.min.array()).all() &&
                        (solid.centre.array() < world.max.array()).all();
     if (solid.kind == SolidKind::kWall && inner) site.plan.obstacles.push_back(solid.footprint);
