@@ -224,6 +224,9 @@ TEST_F(GrabberTest, NoticesSilenceWithinASecondAndOpensAnew) {
   Run(milliseconds(250));
   EXPECT_EQ(grabber_.state(), Grabber::State::kLost);
   EXPECT_THAT(grabber_.reason(), HasSubstr("no frame for"));
+  Run(milliseconds(500));
+  EXPECT_EQ(script_.opened, 2);
+  EXPECT_EQ(grabber_.state(), Grabber::State::kLost);  // open, but not delivering yet
   script_.next = [] { return Frame{}; };
   EXPECT_GT(Run(milliseconds(500)), 0);
   EXPECT_EQ(script_.opened, 2);
