@@ -20,7 +20,8 @@ ModelChoice Choose(const Site& site, const CalibrationSet& calibration,
     return ChooseModel(site, calibration, options.prior);
   }
   ModelChoice choice;
-  choice.parts = {.offsets = true, .walls = false, .residual_map = false, .histogram = false};
+  choice.parts = {
+      .offsets = true, .walls = false, .residual_map = false, .bodies = false, .histogram = false};
   return choice;
 }
 

@@ -69,6 +69,7 @@ struct ModelParts {
   bool offsets = true;        // every beacon has its own transmit power and antenna
   bool walls = false;         // attenuation by walls that the straight line crosses
   bool residual_map = false;  // smooth residual of each beacon over the floor
+  bool bodies = true;         // people in the way, more of them than at calibration
   bool histogram = false;     // measured distribution of the residual, by distance, in place of the
                               // log-normal one where there are enough readings: the filtered map
 

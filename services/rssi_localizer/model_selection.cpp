@@ -13,12 +13,12 @@ namespace beckon {
 namespace {
 
 constexpr int kFolds = 5;
-constexpr double kSquareM = 1.5;
+constexpr double kSquareM = 1.0;
 constexpr std::size_t kMaxJudgedEpochs = 250;
 constexpr int kMaxCells = 1500;      // judging needs no fine grid
 constexpr double kLeastGain = 0.01;  // of the log score per epoch
 constexpr int kAll = Trust{}.strongest;
-constexpr std::array<double, 8> kTempers = {0.1, 0.15, 0.25, 0.35, 0.5, 0.65, 0.8, 1.0};
+constexpr std::array<double, 10> kTempers = {0.1, 0.15, 0.25, 0.35, 0.5, 0.65, 0.8, 1.0, 1.25, 1.5};
 
 // Fold of each epoch; empty where there are too few places.
 std::vector<int> Folds(const CalibrationSet& calibration) {
@@ -120,11 +120,11 @@ class Judge {
       for (std::size_t cell = 0; cell < probability.size(); ++cell) {
         mean += static_cast<double>(probability[cell]) * grid_.centres()[cell];
       }
-      // The floor keeps one hopeless epoch from deciding the whole comparison.
-      constexpr double kLeastProbability = 1e-7;
-      judgement.log_score +=
-          std::log(std::max(static_cast<double>(probability[truth]), kLeastProbability) /
-                   grid_.cell_area_m2());
+      // One moment in twenty may be hopeless (a crowd passes); it must not decide for all others.
+      constexpr double kHopeless = 0.05;
+      const double density = static_cast<double>(probability[truth]) / grid_.cell_area_m2();
+      const double even = 1.0 / (grid_.size() * grid_.cell_area_m2());
+      judgement.log_score += std::log((1.0 - kHopeless) * density + kHopeless * even);
       judgement.error_m += (mean - epoch.position).norm();
       ++judgement.epochs;
     }
@@ -162,7 +162,8 @@ ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration,
   if (folds.empty()) return choice;
   Judge judge(site, calibration, prior, std::move(folds));
 
-  ModelParts parts{.offsets = false, .walls = false, .residual_map = false, .histogram = false};
+  ModelParts parts{
+      .offsets = false, .walls = false, .residual_map = false, .bodies = true, .histogram = false};
   Judgement best = judge.Of(parts, {kAll});
   const auto keep_if_better = [&](const ModelParts& candidate, const std::vector<int>& strongest) {
     const Judgement judgement = judge.Of(candidate, strongest);
@@ -180,6 +181,10 @@ ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration,
     keep_if_better(candidate, {kAll});
   }
   keep_if_better(parts, {4, 6, 8, 12});
+  // Presumed, as calibration is often done by one person who keeps out of the way.
+  ModelParts alone = parts;
+  alone.bodies = false;
+  keep_if_better(alone, {best.trust.strongest});
 
   choice.parts = parts;
   choice.trust = best.trust;

@@ -20,10 +20,11 @@ struct ModelChoice {
   std::string Describe() const;
 };
 
-// Five-fold: the floor is cut into squares of 1.5 m, and all readings taken in a fifth of them are
-// held back together, so that a model is judged in places that it has not seen. From the plain
-// log-normal model, parts are added one by one where they raise the log score by more than chance
-// would. Fewer than three squares: the default choice.
+// Five-fold: the floor is cut into squares of a metre, and all readings taken in a fifth of them
+// are held back together, so that a model is judged in places that it has not seen. From the
+// log-normal model with bodies in the way, parts are added one by one where they raise the log
+// score by more than chance would; at last the bodies are taken out, if that does. Fewer than three
+// squares: the default choice.
 ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration, const PathLoss& prior);
 
 }  // namespace beckon

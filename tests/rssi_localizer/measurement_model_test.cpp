@@ -15,7 +15,7 @@ using testing::ExamplePathLoss;
 using testing::ExampleSite;
 
 constexpr ModelParts kPlain{
-    .offsets = false, .walls = false, .residual_map = false, .histogram = false};
+    .offsets = false, .walls = false, .residual_map = false, .bodies = false, .histogram = false};
 
 double Density(const MeasurementModel& model, const FloorGrid& grid, int beacon, double rssi,
                const Eigen::Vector2d& place) {
@@ -66,6 +66,22 @@ TEST_F(Models, LogNormalIsTheGaussianWithItsTail) {
   EXPECT_NEAR(Density(fitted.model, grid_, 1, mean - 55.0, place), 1e-4, 1e-5);
   EXPECT_EQ(Density(fitted.model, grid_, 1, -130.0, place),
             Density(fitted.model, grid_, 1, 20.0, place));
+}
+
+TEST_F(Models, ABodyWeakensAndNeverStrengthens) {
+  ModelParts parts = kPlain;
+  parts.bodies = true;
+  const FittedModel with = BuildFittedModel(grid_, site_, calibration_, parts, {});
+  const FittedModel without = BuildFittedModel(grid_, site_, calibration_, kPlain, {});
+  const Eigen::Vector2d place =
+      grid_.centres()[static_cast<std::size_t>(grid_.NearestCell({6.0, 3.0}))];
+  const double mean = with.path_loss.MeanRssi(BeaconDistance(site_.beacons[1], 1.0, place));
+  const auto ratio = [&](double off) {
+    return Density(with.model, grid_, 1, mean + off, place) /
+           Density(without.model, grid_, 1, mean + off, place);
+  };
+  EXPECT_GT(ratio(-14.0), 2.0);
+  EXPECT_NEAR(ratio(8.0), 0.7, 0.1) << "seven in ten pass nobody";
 }
 
 TEST_F(Models, ReadingsOfDifferentBeaconsMultiply) {
