@@ -11,8 +11,9 @@ constexpr float kGroundNovelty = 0.15F;    // probability that ground has a colo
 constexpr float kNotGroundNovelty = 0.5F;  // the same for all else
 constexpr float kNovelDensity = 1.0F / 1500.0F;  // of a new colour in a bin; most bins never occur
 
-constexpr float kShadowChroma = 0.05F;   // share of all ground that a hue needs to cast shadows on
-constexpr float kDarkestShadow = 0.45F;  // light in a shadow, over light beside it
+constexpr float kShadowChroma = 0.05F;    // share of all ground that a hue needs to cast shadows on
+constexpr float kDarkestShadow = 0.45F;   // light in a shadow, over light beside it
+constexpr float kBrightestGlare = 1.15F;  // the same for a reflection on a glossy floor
 constexpr float kShadowLogRatio = -0.2F;
 
 // Bins of an opponent colour widen with the square root, as pale colours differ by little and
@@ -57,7 +58,7 @@ void ColourModel::AddGround(const cv::Vec3b& bgr) {
   chroma_light_[bin] += Intensity(bgr);
 }
 
-bool ColourModel::MayBeShadow(const cv::Vec3b& bgr) const {
+bool ColourModel::MayBeLitOtherwise(const cv::Vec3b& bgr) const {
   // The bins around it count as well: what lights a shadow has a hue of its own.
   const int bin = ChromaBin(bgr);
   float count = 0.0F;
@@ -73,7 +74,7 @@ bool ColourModel::MayBeShadow(const cv::Vec3b& bgr) const {
   }
   if (count <= kShadowChroma * ground_.total) return false;
   const float share = Intensity(bgr) / (light / count);
-  return share > kDarkestShadow && share < 1.0F;
+  return share > kDarkestShadow && share < kBrightestGlare;
 }
 
 void ColourModel::Add(Histogram& histogram, const cv::Vec3b& bgr) {
@@ -127,7 +128,7 @@ float ColourModel::LogRatio(const cv::Vec3b& bgr) const {
   };
   const float ratio = density(ground_, kGroundNovelty) / density(not_ground_, kNotGroundNovelty);
   const float log_ratio = std::clamp(std::log(ratio), -kLimit, kLimit);
-  return log_ratio < kShadowLogRatio && MayBeShadow(bgr) ? kShadowLogRatio : log_ratio;
+  return log_ratio < kShadowLogRatio && MayBeLitOtherwise(bgr) ? kShadowLogRatio : log_ratio;
 }
 
 }  // namespace beckon

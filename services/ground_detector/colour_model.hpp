@@ -35,7 +35,7 @@ class ColourModel {
   };
   static int Bin(const cv::Vec3b& bgr);
   static int ChromaBin(const cv::Vec3b& bgr);
-  bool MayBeShadow(const cv::Vec3b& bgr) const;
+  bool MayBeLitOtherwise(const cv::Vec3b& bgr) const;
   static void Add(Histogram& histogram, const cv::Vec3b& bgr);
   static void Smooth(Histogram& histogram);
 

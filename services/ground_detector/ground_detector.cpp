@@ -42,9 +42,9 @@ std::optional<Eigen::Vector2d> Apply(const Eigen::Matrix3d& homography, const cv
   return Eigen::Vector2d(moved.head<2>() / moved.z());
 }
 
-// Which cells are ground (255) and which are undetermined (255 in `unsure`): those without clear log-odds
-// over some area, and those whose log-odds are nowhere near them clear. Between ground and not, the
-// log-odds pass through 0 as well, but there the border decides.
+// Which cells are ground (255) and which are undetermined (255 in `unsure`): those without clear
+// log-odds over some area, and those whose log-odds are nowhere near them clear. Between ground and
+// not, the log-odds pass through 0 as well, but there the border decides.
 cv::Mat DecideCells(const cv::Mat& log_odds, cv::Mat& unsure) {
   unsure = cv::abs(log_odds) <= kUnsure;
   cv::morphologyEx(unsure, unsure, cv::MORPH_OPEN, cv::Mat::ones(3, 3, CV_8UC1));
@@ -72,6 +72,14 @@ cv::Mat DecideCells(const cv::Mat& log_odds, cv::Mat& unsure) {
     }
   }
   return ground;
+}
+
+// Turns (x, y, theta) by an angle about the vertical.
+Eigen::Matrix3d Turn(double angle_rad) {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() << std::cos(angle_rad), -std::sin(angle_rad), std::sin(angle_rad),
+      std::cos(angle_rad);
+  return turn;
 }
 
 Pose2 Scaled(const Pose2& velocity, double seconds) {
@@ -249,15 +257,13 @@ std::vector<TrackMatch> GroundDetector::MatchNarrow(const std::vector<Feature>& 
 
 PoseEstimate GroundDetector::LocateFrom(const std::vector<TrackMatch>& matches,
                                         const std::vector<Feature>& features,
-                                        const Pose2& predicted,
-                                        std::vector<std::size_t>& used) const {
+                                        const Pose2& predicted) const {
   const GroundCamera& camera = options_.camera;
   std::vector<GroundMatch> ground;
-  used.clear();
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const Track& track = tracks_[static_cast<std::size_t>(matches[i].track)];
+  for (const TrackMatch& match : matches) {
+    const Track& track = tracks_[static_cast<std::size_t>(match.track)];
     if (track.feature_class == FeatureClass::kNotGround) continue;
-    const cv::Point2f now = features[static_cast<std::size_t>(matches[i].feature)].pixel;
+    const cv::Point2f now = features[static_cast<std::size_t>(match.feature)].pixel;
     const auto here = camera.GroundFromPixel({now.x, now.y});
     if (!here) continue;
     // The oldest sighting has the longest way to the present one; an error of a pixel then grows
@@ -269,7 +275,6 @@ PoseEstimate GroundDetector::LocateFrom(const std::vector<TrackMatch>& matches,
     ground.push_back({Remembered(seen.frame)->odometry_from_robot * *there,
                       {now.x, now.y},
                       kPixelSigma * std::sqrt(1.0 + growth * growth)});
-    used.push_back(i);
   }
   return EstimatePose(camera, ground, predicted, options_.motion);
 }
@@ -298,6 +303,12 @@ FeatureClass GroundDetector::Classify(const Track& track, const cv::Point2f& pix
   return FeatureClass::kGround;
 }
 
+// Twice the robot's limits leave room for their estimate and for a base that overshoots.
+bool GroundDetector::IsPossible(const Pose2& motion, double dt_s) const {
+  return motion.translation().norm() < 2.0 * options_.max_speed_mps * dt_s &&
+         std::abs(motion.theta) < 2.0 * options_.max_turn_radps * dt_s;
+}
+
 // Corners give the motion roughly whatever it is, brightness finely once it is known roughly. Where
 // there are no corners to speak of, brightness is asked alone, and has to be sure of its answer.
 PoseEstimate GroundDetector::Align(const PoseEstimate& from_features, const GreyPyramid& pyramid,
@@ -314,18 +325,14 @@ PoseEstimate GroundDetector::Align(const PoseEstimate& from_features, const Grey
   const double sigma_m = std::sqrt(alignment.covariance.topLeftCorner<2, 2>().trace());
   const double sigma_rad = std::sqrt(alignment.covariance(2, 2));
   const bool sure = alignment.ok && sigma_m < 0.01 * height && sigma_rad < 0.005;
-  const bool possible =
-      have_features
-          ? change.translation().norm() < 0.05 * height && std::abs(change.theta) < 0.02
-          : alignment.before_from_now.translation().norm() < 1.5 * options_.max_speed_mps * dt_s &&
-                std::abs(alignment.before_from_now.theta) < 1.5 * options_.max_turn_radps * dt_s;
+  const bool near_features =
+      change.translation().norm() < 0.05 * height && std::abs(change.theta) < 0.02;
+  const bool possible = have_features ? near_features : IsPossible(alignment.before_from_now, dt_s);
   if (!sure || !possible) return from_features;
   PoseEstimate estimate = from_features;
   estimate.status = MotionStatus::kOk;
   estimate.frame_from_robot = last.odometry_from_robot * alignment.before_from_now;
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  const double theta = last.odometry_from_robot.theta;
-  turn.topLeftCorner<2, 2>() << std::cos(theta), -std::sin(theta), std::sin(theta), std::cos(theta);
+  const Eigen::Matrix3d turn = Turn(last.odometry_from_robot.theta);
   estimate.covariance = turn * alignment.covariance * turn.transpose();
   return estimate;
 }
@@ -335,16 +342,17 @@ void GroundDetector::FollowFeatures(const std::vector<Feature>& features,
   Pose2 pose;
   std::vector<TrackMatch> matches;
   before_from_now_.reset();
+  located_ = true;
   if (!memory_.empty()) {
     const double dt_s = SecondsFromUtime(utime - memory_.back().utime);
     const Pose2 last = memory_.back().odometry_from_robot;
+    const Pose2 predicted = last * Scaled(velocity_, dt_s);
     result.motion_from = memory_.back().utime;
-    std::vector<std::size_t> used;
     matches = MatchWide(features, dt_s);
-    PoseEstimate estimate = LocateFrom(matches, features, last * Scaled(velocity_, dt_s), used);
+    PoseEstimate estimate = LocateFrom(matches, features, predicted);
     if (estimate.status == MotionStatus::kOk) {
       matches = MatchNarrow(features, estimate.frame_from_robot);
-      estimate = LocateFrom(matches, features, estimate.frame_from_robot, used);
+      estimate = LocateFrom(matches, features, estimate.frame_from_robot);
     }
     if (options_.use_alignment) {
       estimate = Align(estimate, pyramid, dt_s);
@@ -352,29 +360,34 @@ void GroundDetector::FollowFeatures(const std::vector<Feature>& features,
         matches = MatchNarrow(features, estimate.frame_from_robot);
       }
     }
+    const Pose2 motion = last.Inverse() * estimate.frame_from_robot;
+    if (estimate.status == MotionStatus::kOk && !IsPossible(motion, dt_s)) {
+      estimate.status = MotionStatus::kInconsistent;
+    }
     result.motion.status = estimate.status;
     result.motion.inliers = estimate.inliers;
-    if (estimate.status == MotionStatus::kOk) {
-      pose = estimate.frame_from_robot;
-      result.motion.from_to = last.Inverse() * pose;
+    located_ = estimate.status == MotionStatus::kOk;
+    pose = located_ ? estimate.frame_from_robot : predicted;
+    before_from_now_ = pose_.Inverse() * pose;
+    if (located_) {
+      result.motion.from_to = motion;
       // Covariance is found in the odometry frame; the motion is told in the older robot frame.
-      Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-      turn.topLeftCorner<2, 2>() << std::cos(last.theta), std::sin(last.theta),
-          -std::sin(last.theta), std::cos(last.theta);
+      const Eigen::Matrix3d turn = Turn(-last.theta);
       result.motion.covariance = turn * estimate.covariance * turn.transpose();
-      velocity_ = Scaled(result.motion.from_to, 1.0 / dt_s);
+      velocity_ = Scaled(motion, 1.0 / dt_s);
       velocity_known_ = true;
-      before_from_now_ = result.motion.from_to;
-    } else {
-      // Without a pose the past cannot be compared with; the features of this frame start anew.
+    } else if (!velocity_known_ || dt_s > 0.5 * options_.memory_s) {
+      // Without a pose for long, or from the start: what is remembered is out of reach, and this
+      // frame begins anew.
       memory_.clear();
       tracks_.clear();
-      matches.clear();
-      velocity_known_ = false;
       velocity_ = {};
-      before_from_now_ = Pose2{};
+      velocity_known_ = false;
+      located_ = true;
     }
+    if (result.motion.status != MotionStatus::kOk) matches.clear();
   }
+  pose_ = pose;
 
   result.features.resize(features.size());
   for (std::size_t i = 0; i < features.size(); ++i) result.features[i].pixel = features[i].pixel;
@@ -387,6 +400,8 @@ void GroundDetector::FollowFeatures(const std::vector<Feature>& features,
     result.features[i].matched = true;
     result.features[i].feature_class = track.feature_class;
   }
+  // A frame that could not be located is passed over: the next one is matched with those before it.
+  if (!located_) return;
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (result.features[i].matched) continue;
     tracks_.push_back(
@@ -399,7 +414,7 @@ void GroundDetector::FollowFeatures(const std::vector<Feature>& features,
 // Evidence of two earlier frames: one near in place, for what is close by and has left older
 // pictures, and the one farthest away, for the distance.
 cv::Mat GroundDetector::Evidence() const {
-  const Pose2 now = memory_.back().odometry_from_robot;
+  const Pose2& now = pose_;
   const double height = options_.camera.height_m;
   const Memory* near = nullptr;
   const Memory* far = nullptr;
@@ -471,7 +486,7 @@ GroundFrame GroundDetector::Process(const cv::Mat& bgr, Utime utime) {
   result.ms.features = watch.Lap();
   FollowFeatures(features, pyramid, utime, result);
   result.ms.motion = watch.Lap();
-  const cv::Mat evidence = options_.use_parallax ? Evidence() : cv::Mat();
+  const cv::Mat evidence = options_.use_parallax && located_ ? Evidence() : cv::Mat();
   result.ms.parallax = watch.Lap();
   const Segmentation segments = segmenting.get();
   watch.Lap();
@@ -508,8 +523,8 @@ GroundFrame GroundDetector::Process(const cv::Mat& bgr, Utime utime) {
   result.evidence = evidence;
   result.log_odds = log_odds;
   for (ClassifiedFeature& feature : result.features) {
-    // Back-projection and the region around it have to agree: alone, a feature that was mistaken for its
-    // neighbour contradicts the ground that it lies on.
+    // Back-projection and the region around it have to agree: alone, a feature that was mistaken
+    // for its neighbour contradicts the ground that it lies on.
     const auto label = labels.at<std::uint8_t>(cvRound(feature.pixel.y), cvRound(feature.pixel.x));
     if (label != static_cast<std::uint8_t>(feature.feature_class)) {
       feature.feature_class = FeatureClass::kUndetermined;

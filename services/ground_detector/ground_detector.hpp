@@ -113,8 +113,8 @@ class GroundDetector {
   std::vector<TrackMatch> MatchNarrow(const std::vector<Feature>& features,
                                       const Pose2& pose) const;
   PoseEstimate LocateFrom(const std::vector<TrackMatch>& matches,
-                          const std::vector<Feature>& features, const Pose2& predicted,
-                          std::vector<std::size_t>& used) const;
+                          const std::vector<Feature>& features, const Pose2& predicted) const;
+  bool IsPossible(const Pose2& motion, double dt_s) const;
   std::vector<cv::Point2f> Predict(const Track& track, const Pose2& pose) const;
   FeatureClass Classify(const Track& track, const cv::Point2f& pixel, const Pose2& pose) const;
   PoseEstimate Align(const PoseEstimate& from_features, const GreyPyramid& pyramid,
@@ -134,8 +134,10 @@ class GroundDetector {
   cv::Mat ideal_from_taken_;
 
   std::int64_t number_ = 0;
-  std::deque<Memory> memory_;  // oldest first; the last one is the newest frame
+  std::deque<Memory> memory_;  // oldest first; the last one is the newest that was located
   std::vector<Track> tracks_;
+  Pose2 pose_;  // odometry_from_robot of the newest frame, predicted where not located_
+  bool located_ = false;
   Pose2 velocity_;  // motion per second, for prediction
   bool velocity_known_ = false;
   std::optional<Pose2> before_from_now_;  // motion of the newest frame, for the classifier

@@ -36,7 +36,8 @@ struct MeanShiftOptions {
 struct Segmentation {
   cv::Mat ids;  // CV_32SC1, 0 to count - 1; each segment is 4-connected
   int count = 0;
-  // CV_32FC3 in units of the kernel's radii: the colour of each cell, and of the mode that it belongs to.
+  // CV_32FC3 in units of the kernel's radii: the colour of each cell, and of the mode that it
+  // belongs to.
   cv::Mat colours;
   cv::Mat modes;
 };

@@ -38,7 +38,7 @@ struct GroundMatch {
 struct MotionOptions {
   double tolerance_px = 2.5;  // a match that errs by less than this many sigma_px is an inlier
   int min_inliers = 10;
-  double min_inlier_ratio = 0.35;
+  double min_inlier_ratio = 0.3;
   int hypotheses = 150;
 };
 

@@ -82,14 +82,14 @@ cv::Mat GroundEvidence(const GroundCamera& camera, const cv::Mat& now, const cv:
       const float as_ground = ground.at<float>(row, column);
       const float otherwise = alternative.at<float>(row, column);
       if (!std::isfinite(as_ground) || !std::isfinite(otherwise)) continue;
-      // The best of several alternatives wins by noise alone a little more often than not: the noise in
-      // the denominator keeps that near 0.
+      // The best of several alternatives wins by noise alone a little more often than not: the
+      // noise in the denominator keeps that near 0.
       const float balance =
           (otherwise - as_ground) / (otherwise + as_ground + 2.0F * options.noise_grey);
       // Where neither fits, for the texture that there is, something was hidden before or moves by
       // itself, and which of the two misfits less means little.
-      const float misfit = std::min(otherwise, as_ground) /
-                           (texture.at<float>(row, column) + options.noise_grey);
+      const float misfit =
+          std::min(otherwise, as_ground) / (texture.at<float>(row, column) + options.noise_grey);
       evidence.at<float>(row, column) = balance / (1.0F + misfit * misfit);
     }
   }

@@ -110,6 +110,24 @@ cv::Mat SegmentClassifier::CellMotion(const SegmentScene& scene) const {
   return motion;
 }
 
+// The segment that lies before the robot, if one does: most of the near cells, and none above the
+// horizon. More than one, and the foot of something may be among them.
+int SegmentClassifier::NearSegment(const SegmentScene& scene) {
+  std::vector<int> near(static_cast<std::size_t>(scene.segments.count), 0);
+  std::vector<bool> rises(near.size(), false);
+  int all = 0;
+  ForEachCell(scene.segments.ids, [&](int v, int u, std::size_t id) {
+    if (scene.near.at<std::uint8_t>(v, u) != 0) {
+      ++near[id];
+      ++all;
+    }
+    if (scene.above_horizon.at<std::uint8_t>(v, u) != 0) rises[id] = true;
+  });
+  const auto most = std::max_element(near.begin(), near.end());
+  const bool alone = *most > all * 3 / 4 && !rises[static_cast<std::size_t>(most - near.begin())];
+  return alone ? static_cast<int>(most - near.begin()) : -1;
+}
+
 void SegmentClassifier::Learn(const SegmentScene& scene, const cv::Mat& cell_motion,
                               const cv::Mat& log_odds) {
   const bool first = !colours_.knows_ground();
@@ -152,19 +170,27 @@ cv::Mat SegmentClassifier::Update(const SegmentScene& scene) {
   // Colour does not add up over frames: it says the same each time.
   if (!colours_.knows_ground()) Learn(scene, cell_motion, cv::Mat::zeros(ids.size(), CV_32FC1));
   CellBeliefs beliefs(ids.size());
+  const int near_segment = NearSegment(scene);
   ForEachCell(ids, [&](int v, int u, std::size_t id) {
     const auto add_motion = [&](float log_odds, float weight) {
       beliefs.Add(v, u, log_odds < 0.0F ? -kSure : kSure, weight * std::abs(log_odds));
     };
     add_motion(cell_motion.at<float>(v, u), options_.cell_motion_weight);
     add_motion(motion[id], options_.segment_motion_weight);
-    beliefs.Add(v, u, colours_.LogRatio(scene.bgr.at<cv::Vec3b>(v, u)), options_.colour_weight);
-    if (scene.near.at<std::uint8_t>(v, u) != 0) beliefs.Add(v, u, kSure, options_.near_weight);
+    // Colour has its say where motion is silent.
+    beliefs.Add(v, u, colours_.LogRatio(scene.bgr.at<cv::Vec3b>(v, u)),
+                options_.colour_weight / (1.0F + std::abs(cell_motion.at<float>(v, u))));
+    if (scene.near.at<std::uint8_t>(v, u) != 0) {
+      beliefs.Add(
+          v, u, kSure,
+          static_cast<int>(id) == near_segment ? options_.near_alone_weight : options_.near_weight);
+    }
     if (scene.above_horizon.at<std::uint8_t>(v, u) != 0) {
       beliefs.Add(v, u, -kSure, options_.horizon_weight);
     }
   });
-  const cv::Mat log_odds = SpreadBeliefs(beliefs, scene.segments.colours, scene.segments.modes, log_odds_);
+  const cv::Mat log_odds =
+      SpreadBeliefs(beliefs, scene.segments.colours, scene.segments.modes, log_odds_);
   Learn(scene, cell_motion, log_odds);
   ids_ = ids;
   appearance_ = appearance;

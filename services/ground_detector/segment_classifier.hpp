@@ -19,8 +19,9 @@ struct ClassifierOptions {
   float cell_motion_weight = 0.09F;     // for each unit of log-odds
   float segment_motion_weight = 0.02F;  // for each unit of log-odds
   float colour_weight = 0.08F;
-  float near_weight = 0.04F;    // what lies directly before the robot is ground, see README
-  float horizon_weight = 1.0F;  // what lies above the horizon is not
+  float near_weight = 0.04F;       // what lies directly before the robot is ground, see README,
+  float near_alone_weight = 0.1F;  // above all if it is one segment and no more
+  float horizon_weight = 1.0F;     // what lies above the horizon is not
 };
 
 // One frame as the classifier sees it. All pictures have the size of the segmentation.
@@ -54,6 +55,7 @@ class SegmentClassifier {
   static std::vector<Appearance> Describe(const SegmentScene& scene);
   std::vector<float> MotionFromBefore(const SegmentScene& scene,
                                       const std::vector<Appearance>& appearance) const;
+  static int NearSegment(const SegmentScene& scene);
   cv::Mat CellMotion(const SegmentScene& scene) const;
   void Learn(const SegmentScene& scene, const cv::Mat& cell_motion, const cv::Mat& log_odds);
 

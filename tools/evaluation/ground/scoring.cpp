@@ -116,19 +116,21 @@ void GroundScorer::AddFeatures(const GroundFrame& frame, const cv::Mat& truth) {
   if (matched > 0) feature_false_rates_.push_back(Share(wrong, matched));
 }
 
-// Error from frame to frame. A frame without an answer counts as one that says "did not move".
+// A frame without an answer counts as one that says "did not move", unless a later answer reaches
+// back over it.
 void GroundScorer::AddMotion(std::size_t index, const GroundFrame& frame) {
-  if (index == 0) return;
-  const auto& before = sequence_.frames[index - 1].map_from_robot;
+  const bool answered = frame.motion.status == MotionStatus::kOk;
+  std::size_t from = index == 0 ? 0 : index - 1;
+  while (answered && from > 0 && sequence_.frames[from].utime > frame.motion_from) --from;
   const auto& now = sequence_.frames[index].map_from_robot;
-  if (!before || !now) return;
-  const Pose2 expected = before->Inverse() * *now;
-  const Pose2 found = frame.motion.status == MotionStatus::kOk ? frame.motion.from_to : Pose2{};
-  has_motion_ = true;
-  translation_error_m_ += (found.translation() - expected.translation()).norm();
-  translation_m_ += expected.translation().norm();
-  rotation_error_rad_ += std::abs(WrapAngle(found.theta - expected.theta));
-  rotation_rad_ += std::abs(expected.theta);
+  if (index == 0 || !now || !sequence_.frames[from].map_from_robot) return;
+  motions_.resize(sequence_.frames.size());
+  for (std::size_t i = from + 1; i < index; ++i) motions_[i] = {};
+  const Pose2 expected = sequence_.frames[from].map_from_robot->Inverse() * *now;
+  const Pose2 found = answered ? frame.motion.from_to : Pose2{};
+  motions_[index] = {(found.translation() - expected.translation()).norm(),
+                     expected.translation().norm(),
+                     std::abs(WrapAngle(found.theta - expected.theta)), std::abs(expected.theta)};
 }
 
 void GroundScorer::Add(std::size_t index, const GroundFrame& frame, const cv::Mat& truth,
@@ -175,11 +177,16 @@ GroundScores GroundScorer::Result() const {
   put("missed", Share(ranges_.missed, ranges_.judged));
   put("phantom", Share(ranges_.phantom, ranges_.judged));
   put("range_undetermined", Share(ranges_.undetermined, ranges_.judged));
-  if (has_motion_ && translation_m_ > 0.0) {
-    put("translation_error", translation_error_m_ / translation_m_);
+  MotionError sum;
+  for (const MotionError& motion : motions_) {
+    sum.translation_error_m += motion.translation_error_m;
+    sum.translation_m += motion.translation_m;
+    sum.rotation_error_rad += motion.rotation_error_rad;
+    sum.rotation_rad += motion.rotation_rad;
   }
-  if (has_motion_ && rotation_rad_ > 0.0)
-    put("rotation_error", rotation_error_rad_ / rotation_rad_);
+  if (sum.translation_m > 0.0)
+    put("translation_error", sum.translation_error_m / sum.translation_m);
+  if (sum.rotation_rad > 0.0) put("rotation_error", sum.rotation_error_rad / sum.rotation_rad);
   put("ms_median", Quantile(ms_, 0.5));
   put("ms_p95", Quantile(ms_, 0.95));
   for (const auto& [stage, ms] : stage_ms_) scores.stage_ms[stage] = Quantile(ms, 0.5);

@@ -44,6 +44,14 @@ struct RangeErrors {
 void CompareRanges(const VirtualScan& scan, const std::vector<float>& nearest_visible_m,
                    const std::vector<TrueRange>& truth, double max_range_m, RangeErrors& errors);
 
+// Of the motion that ends with one frame.
+struct MotionError {
+  double translation_error_m = 0.0;
+  double translation_m = 0.0;
+  double rotation_error_rad = 0.0;
+  double rotation_rad = 0.0;
+};
+
 // Scores of one sequence, by the names of the format.
 struct GroundScores {
   std::string sequence;
@@ -74,11 +82,7 @@ class GroundScorer {
   std::vector<double> region_false_rates_;
   std::vector<double> feature_false_rates_;
   RangeErrors ranges_;
-  double translation_error_m_ = 0.0;
-  double translation_m_ = 0.0;
-  double rotation_error_rad_ = 0.0;
-  double rotation_rad_ = 0.0;
-  bool has_motion_ = false;
+  std::vector<MotionError> motions_;  // by frame
   std::vector<double> ms_;
   std::map<std::string, std::vector<double>> stage_ms_;
 };
