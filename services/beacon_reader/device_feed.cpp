@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kPatience{100};  // between looks at whether to stop
 
-void Pause(const Service& service, std::chrono::milliseconds pause) {
-  for (; pause.count() > 0 && !service.stopping(); pause -= kPatience) {
+void Pause(const std::stop_token& stop, std::chrono::milliseconds pause) {
+  for (; pause.count() > 0 && !stop.stop_requested(); pause -= kPatience) {
     std::this_thread::sleep_for(std::min(pause, kPatience));
   }
 }
@@ -65,17 +65,18 @@ FeedHealth::Verdict FeedHealth::At(const Instant& now) const {
   return {Health::kDegraded, "nothing heard from " + device_ + " lately"};
 }
 
-void RunDeviceFeed(Service& service, const DeviceFeedOptions& options, Decoder& decoder,
+void RunDeviceFeed(const std::stop_token& stop, Service& service, const DeviceFeedOptions& options,
+                   Decoder& decoder,
                    const std::function<void(const WireReading&, Utime)>& publish) {
   BackOff back_off;
   RateLimit rate_limit(options.max_readings_per_s);
   FeedHealth health(options.device, options.quiet_after_s);
-  while (!service.stopping()) {
+  while (!stop.stop_requested()) {
     try {
       ByteStream stream(options.device, options.baud);
       decoder.Restart();
       health.OnOpened(service.clock().Now());
-      while (!service.stopping()) {
+      while (!stop.stop_requested()) {
         const std::vector<std::uint8_t> bytes = stream.Read(kPatience);
         const Instant now = service.clock().Now();
         if (!bytes.empty()) {
@@ -100,7 +101,7 @@ void RunDeviceFeed(Service& service, const DeviceFeedOptions& options, Decoder& 
       }
     } catch (const std::runtime_error& error) {
       service.SetHealth(Health::kFailed, error.what());
-      Pause(service, back_off.Next());
+      Pause(stop, back_off.Next());
     }
   }
 }

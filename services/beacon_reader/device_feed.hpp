@@ -4,7 +4,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
-#include <optional>
+#include <stop_token>
 #include <string>
 
 #include "common/clock.hpp"
@@ -59,10 +59,9 @@ struct DeviceFeedOptions {
   int max_readings_per_s = 20000;
 };
 
-// Runs until the service is told to stop; meant for a thread of its own. Readings are dated to when
-// their last byte was read. A device that cannot be opened or goes away is tried again, and HEALTH
-// says so.
-void RunDeviceFeed(Service& service, const DeviceFeedOptions& options, Decoder& decoder,
-                   const std::function<void(const WireReading&, Utime)>& publish);
+// Runs until `stop` is requested, for a thread of its own. Readings are dated to when their last
+// byte was read. A device that cannot be opened or goes away is tried again, and HEALTH says so.
+void RunDeviceFeed(const std::stop_token& stop, Service& service, const DeviceFeedOptions& options,
+                   Decoder& decoder, const std::function<void(const WireReading&, Utime)>& publish);
 
 }  // namespace beckon

@@ -44,8 +44,8 @@ void Run(Service& service, const BeaconReaderOptions& options) {
   }
   const DeviceFeedOptions feed = {options.device, options.baud, options.quiet_after_s,
                                   options.max_readings_per_s};
-  const std::jthread reader([&] {
-    RunDeviceFeed(service, feed, *decoder, [&](const WireReading& reading, Utime utime) {
+  const std::jthread reader([&](const std::stop_token& stop) {
+    RunDeviceFeed(stop, service, feed, *decoder, [&](const WireReading& reading, Utime utime) {
       Publish(service, utime, reading.tag, reading.beacon, reading.rssi_dbm);
     });
   });
