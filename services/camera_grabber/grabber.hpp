@@ -37,7 +37,7 @@ class Grabber {
   Counts TakeCounts();
 
   static constexpr std::chrono::milliseconds kFirstPause{250};
-  static constexpr std::chrono::milliseconds kLongestPause{4000};
+  static constexpr std::chrono::milliseconds kLongestPause{2000};
 
  private:
   void Lose(const std::string& reason, Instant now);

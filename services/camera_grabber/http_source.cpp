@@ -81,10 +81,17 @@ class HttpSource : public FrameSource {
         });
     const std::lock_guard lock(mutex_);
     finished_ = true;
-    reason_ = !refusal.empty() ? refusal
-              : result         ? url_ + " ended the stream"
-              : parser         ? "the stream from " + url_ + " broke off"
-                       : "no connection to " + url_ + ": " + httplib::to_string(result.error());
+    if (!refusal.empty()) {
+      reason_ = refusal;
+    } else if (result) {
+      reason_ = url_ + " ended the stream";
+    } else if (parser) {
+      reason_ = "the stream from " + url_ + " broke off";
+    } else if (result.error() == httplib::Error::Connection) {
+      reason_ = "no connection to " + url_;
+    } else {
+      reason_ = "no stream from " + url_ + ": " + httplib::to_string(result.error());
+    }
     changed_.notify_all();
   }
 

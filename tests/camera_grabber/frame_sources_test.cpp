@@ -240,9 +240,9 @@ TEST_F(GrabberTest, TriesLessAndLessOftenButNeverGivesUp) {
   EXPECT_EQ(grabber_.reason(), "unplugged");
   const int before = script_.opened;
   Run(milliseconds(60'000));
-  EXPECT_NEAR(script_.opened - before, 15, 2);  // every four seconds
+  EXPECT_NEAR(script_.opened - before, 30, 2);  // every two seconds
   script_.next = [] { return Frame{}; };
-  EXPECT_GT(Run(milliseconds(4100)), 0);
+  EXPECT_GT(Run(milliseconds(2100)), 0);
 }
 
 TEST_F(GrabberTest, CountsDamagedFramesAndGivesUpASourceOfNothingElse) {

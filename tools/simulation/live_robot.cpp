@@ -62,6 +62,7 @@ class LiveRobot {
   LiveRobot(const World& world, const LiveOptions& options)
       : options_(options),
         simulation_(world, options.base, options.radio),
+        renderer_(world, options.camera, RenderOptions{}),
         bus_(options.lcm_url),
         server_(options.http_port),
         xbee_(options.xbee_link) {
@@ -69,8 +70,6 @@ class LiveRobot {
       truth_file_.open(options_.truth_file);
       if (!truth_file_) throw std::runtime_error("cannot write " + options_.truth_file.string());
     }
-    // The floor is painted before the clock starts, for it takes its time.
-    renderer_ = std::make_unique<Renderer>(world, options_.camera, RenderOptions{});
     bus_.Subscribe<velocity_command_t>(channels::kDrive, [this](const velocity_command_t& command) {
       if (!std::isfinite(command.linear_mps) || !std::isfinite(command.angular_radps)) {
         throw std::invalid_argument("the command is not finite");
@@ -173,7 +172,7 @@ class LiveRobot {
       }
       if (snapshot.utime != last) {  // the world may be late on a busy machine
         last = snapshot.utime;
-        const cv::Mat image = renderer_->Render(snapshot.map_from_robot, snapshot.people, frame);
+        const cv::Mat image = renderer_.Render(snapshot.map_from_robot, snapshot.people, frame);
         server_.Show(snapshot.utime, EncodeWithin(image, options_.jpeg_quality, kMaxFrameBytes));
       }
       due = std::max(due + period, std::chrono::steady_clock::now());
@@ -184,10 +183,11 @@ class LiveRobot {
   const LiveOptions options_;
   const SystemClock clock_;
   Simulation simulation_;
+  // Paints its floor, which takes a while, before any device is there to be opened.
+  Renderer renderer_;
   MessageBus bus_;
   CameraServer server_;
   XbeePort xbee_;
-  std::unique_ptr<Renderer> renderer_;
   std::ofstream truth_file_;
   std::mutex snapshot_mutex_;
   Snapshot snapshot_;
