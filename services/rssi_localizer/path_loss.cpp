@@ -3,6 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace beckon {
 
@@ -37,49 +39,63 @@ PathLoss FitPathLoss(std::span<const CalibrationSample> samples, int beacons,
     spread[2] = options.wall_sd_db;
   }
 
+  // Four unknowns at most have a say in one reading, however many beacons there are.
+  struct Term {
+    int unknown;
+    double factor;
+  };
+  std::vector<std::vector<Term>> equations;
+  equations.reserve(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    std::vector<Term>& terms = equations.emplace_back();
+    terms = {{0, 1.0}, {1, -10.0 * std::log10(samples[i].distance_m)}};
+    if (walls) terms.push_back({2, -walls_crossed[i]});
+    if (options.fit_offsets) terms.push_back({first_offset + samples[i].beacon, 1.0});
+  }
+
   constexpr double kDegreesOfFreedom = 4.0;
-  constexpr int kIterations = 25;
+  constexpr int kMaxIterations = 25;
+  constexpr double kConverged = 1e-4;  // dB
   Eigen::VectorXd solution = expected;
   std::vector<double> residual(samples.size(), 0.0);
   double variance = options.prior.sd_db * options.prior.sd_db;
-  Eigen::VectorXd row(unknowns);
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     Eigen::MatrixXd normal = spread.array().inverse().square().matrix().asDiagonal();
     Eigen::VectorXd right = expected.cwiseQuotient(spread.cwiseAbs2());
     for (std::size_t i = 0; i < samples.size(); ++i) {
-      const CalibrationSample& sample = samples[i];
       // The first round has no residuals yet and weighs all alike.
       const double t_weight = iteration == 0
                                   ? 1.0
                                   : (kDegreesOfFreedom + 1.0) /
                                         (kDegreesOfFreedom + residual[i] * residual[i] / variance);
-      const double weight = sample.weight * t_weight / variance;
-      row.setZero();
-      row[0] = 1.0;
-      row[1] = -10.0 * std::log10(sample.distance_m);
-      if (walls) row[2] = -walls_crossed[i];
-      if (options.fit_offsets) row[first_offset + sample.beacon] = 1.0;
-      normal.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
-      right += weight * sample.rssi_dbm * row;
+      const double weight = samples[i].weight * t_weight / variance;
+      for (const Term& row : equations[i]) {
+        for (const Term& column : equations[i]) {
+          normal(row.unknown, column.unknown) += weight * row.factor * column.factor;
+        }
+        right[row.unknown] += weight * samples[i].rssi_dbm * row.factor;
+      }
     }
-    solution = normal.selfadjointView<Eigen::Lower>().ldlt().solve(right);
+    const Eigen::VectorXd previous = std::exchange(solution, normal.ldlt().solve(right));
     double squares = 0.0;
     double weights = 0.0;
     for (std::size_t i = 0; i < samples.size(); ++i) {
-      const CalibrationSample& sample = samples[i];
-      double predicted = solution[0] - 10.0 * std::log10(sample.distance_m) * solution[1];
-      if (walls) predicted -= walls_crossed[i] * solution[2];
-      if (options.fit_offsets) predicted += solution[first_offset + sample.beacon];
-      residual[i] = sample.rssi_dbm - predicted;
+      residual[i] = samples[i].rssi_dbm;
+      for (const Term& term : equations[i]) residual[i] -= term.factor * solution[term.unknown];
       // Winsorised, so that the spread is that of the bulk and the tail is the tail's affair.
       const double limit = 9.0 * variance;
-      squares += sample.weight * std::min(residual[i] * residual[i], limit);
-      weights += sample.weight;
+      squares += samples[i].weight * std::min(residual[i] * residual[i], limit);
+      weights += samples[i].weight;
     }
     // As good as two readings of the expected spread: a perfect fit to three points proves nothing.
     constexpr double kPriorWeight = 2.0;
     const double prior_variance = options.prior.sd_db * options.prior.sd_db;
-    variance = (squares + kPriorWeight * prior_variance) / (weights + kPriorWeight);
+    const double previous_variance = std::exchange(
+        variance, (squares + kPriorWeight * prior_variance) / (weights + kPriorWeight));
+    if ((solution - previous).cwiseAbs().maxCoeff() < kConverged &&
+        std::abs(variance - previous_variance) < kConverged) {
+      break;
+    }
   }
 
   PathLoss fit;
