@@ -42,8 +42,7 @@ class FrameSource {
 
   // The last frame has been delivered, and none will follow.
   virtual bool ended() const { return false; }
-  // For how long silence is normal: live sources that are silent for longer have stalled. Nothing
-  // for sources that wait on purpose.
+  // Whether silence means that something is wrong. Not for sources that wait on purpose.
   virtual bool is_live() const { return true; }
   // Frames passed over since the last call, because newer ones had come.
   virtual std::int64_t TakeDropped() { return 0; }
