@@ -22,7 +22,7 @@ constexpr double kMaxTickS = 0.2;
 // Patience with whatever is in the way: people walk on.
 constexpr double kWaitForObstacleS = 4.0;
 constexpr double kWaitAtGoalS = 2.0;
-constexpr double kNearGoalM = 1.2;
+constexpr double kNearGoalM = 1.1;
 constexpr double kWaitForRouteS = 1.5;
 constexpr int kMaxRecoveries = 6;
 constexpr double kFreeAgainM = 0.7;
@@ -246,9 +246,13 @@ Velocity Navigator::Drive(Instant now, const Pose2& local_from_base) {
 
   // Who stands in the way close to the goal may well be the caller.
   const Eigen::Vector2d base = map_from_base.translation();
-  const bool is_near = (base - goal->point).norm() < kNearGoalM || recoveries_ > 1;
+  const bool is_near = (base - goal->point).norm() < kNearGoalM;
   const bool is_kept_off =
-      blocked_s > kWaitAtGoalS && is_near && planner_.HasLineOfSight(goal->point, base);
+      planner_.HasLineOfSight(goal->point, base) &&
+      ((is_near && destination_.call()->kind == Call::Kind::kTag &&
+        surroundings_.IsObstructed(local_from_base.translation(),
+                                   map_from_local_->Inverse() * goal->point)) ||
+       (blocked_s > kWaitAtGoalS && (is_near || recoveries_ > 1)));
   const bool is_at_end = is_kept_off || (!route_.empty() && step.distance_to_go_m < kRouteEndM);
   if (destination_.HasArrived(base, is_at_end, planner_)) {
     if (std::abs(monitor_.last().linear_mps) < kStandingMps) {

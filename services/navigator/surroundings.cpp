@@ -17,6 +17,7 @@ constexpr double kNothingNearM = 10.0;
 constexpr double kOwnPlaceM = 0.12;
 // By so much the clearance may seem to shrink along a way that keeps it.
 constexpr double kSlackM = 0.005;
+constexpr double kTouchM = 0.01;
 
 // Unit vectors from 80 degrees right to 80 degrees left of ahead.
 const std::array<Eigen::Vector2d, 9> kLeadingRim = [] {
@@ -27,6 +28,14 @@ const std::array<Eigen::Vector2d, 9> kLeadingRim = [] {
   }
   return rim;
 }();
+
+// Along a way that starts at this clearance. What is nearer than the margin already may be passed,
+// but not come nearer to; a way that seems to keep its distance must not add up to a touch.
+double NeededClearance(double at_start_m, double radius_m, double margin_m) {
+  const double nearest = radius_m + kTouchM;
+  if (at_start_m <= nearest) return at_start_m;
+  return std::min(radius_m + margin_m, std::max(nearest, at_start_m - kSlackM));
+}
 
 }  // namespace
 
@@ -65,9 +74,14 @@ void Surroundings::Update(const Pose2& local_from_base) {
   if (grid_) DrawGrid();
   if (scan_) DrawScan(local_from_base);
 
-  // The cell before an obstacle is never sure to be free, nor is the one beside the sector that was
-  // seen.
-  cv::dilate(seen_, seen_, cv::Mat());
+  // The cells round an obstacle are never sure to be free. It is what tells how near one may come
+  // there.
+  cv::Mat not_near_obstacle;
+  cv::erode(obstacles_, not_near_obstacle, cv::Mat());
+  seen_.setTo(255, not_near_obstacle == 0);
+  // A cell that is partly floor counts as seen, even if the rest of it is something that was not:
+  // the border of what was seen does not count.
+  cv::erode(seen_, seen_, cv::Mat());
 
   if (cv::countNonZero(obstacles_) == window_.size()) {
     clearance_ = cv::Mat(window_.height, window_.width, CV_32FC1, cv::Scalar(kNothingNearM));
@@ -161,6 +175,15 @@ bool Surroundings::IsSeen(const Eigen::Vector2d& point) const {
   return window_.Contains(column, row) && seen_.at<std::uint8_t>(row, column) != 0;
 }
 
+bool Surroundings::IsObstructed(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
+  const int steps = static_cast<int>(std::ceil((to - from).norm() / kResolutionM));
+  for (int i = 1; i <= steps; ++i) {
+    const Eigen::Vector2d point = from + (to - from) * (static_cast<double>(i) / steps);
+    if (Clearance(point) < kResolutionM) return true;
+  }
+  return false;
+}
+
 double Surroundings::NearestInScan(const Pose2& local_from_base) const {
   double nearest = std::numeric_limits<double>::infinity();
   if (!scan_) return nearest;
@@ -179,7 +202,7 @@ ArcView LookAlong(const Surroundings& surroundings, const RobotOptions& robot,
                   const Pose2& local_from_base, double curvature_per_m, int direction,
                   double length_m, double margin_m) {
   const double at_start = surroundings.Clearance(local_from_base.translation());
-  const double needed = std::min(robot.radius_m + margin_m, at_start - kSlackM);
+  const double needed = NeededClearance(at_start, robot.radius_m, margin_m);
   ArcView view{length_m, length_m, at_start - robot.radius_m};
   const double rim_m = robot.radius_m + margin_m;
   Pose2 pose = local_from_base;

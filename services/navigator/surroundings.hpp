@@ -27,6 +27,8 @@ class Surroundings {
   double Clearance(const Eigen::Vector2d& point) const;
   // Whether the floor at a point has been seen, or an obstacle just beside it.
   bool IsSeen(const Eigen::Vector2d& point) const;
+  // Whether something stands on the straight line between two points.
+  bool IsObstructed(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
   // From the middle of the disc to the nearest obstacle of the newest scan, m; inf where there is
   // none.
   double NearestInScan(const Pose2& local_from_base) const;
