@@ -145,11 +145,19 @@ Localizer::Verdict Localizer::Add(const Reading& reading, const Instant& now) {
   return Verdict::kAccepted;
 }
 
-bool Localizer::IsExplained(const Heard& heard) const {
+bool Localizer::IsExplained(const Heard& heard, const CellValues& probability) const {
   // Outside, a reading may have any value of 100 dB.
-  const auto outside = static_cast<float>(std::log(0.01) * static_cast<double>(heard.size()));
-  CellValues inside = LogLikelihood(model_.model, heard, {.temper = 1.0}, model_.grid.size());
-  return *std::max_element(inside.begin(), inside.end()) >= outside;
+  const double outside = std::log(0.01) * static_cast<double>(heard.size());
+  // The likeliest cell mostly settles it, and saves looking at all of them.
+  const auto likeliest =
+      std::max_element(probability.begin(), probability.end()) - probability.begin();
+  double there = 0.0;
+  for (const auto& [beacon, rssi] : heard) {
+    there += model_.model.LogLikelihoodAt(beacon, rssi, static_cast<int>(likeliest));
+  }
+  if (there >= outside) return true;
+  const CellValues inside = LogLikelihood(model_.model, heard, {.temper = 1.0}, model_.grid.size());
+  return static_cast<double>(*std::max_element(inside.begin(), inside.end())) >= outside;
 }
 
 void Localizer::Locate(const std::string& name, Tag& tag, Utime utime) {
@@ -170,7 +178,8 @@ void Localizer::Locate(const std::string& name, Tag& tag, Utime utime) {
   if (heard.empty()) return;
   location.beacons = static_cast<int>(heard.size());
   location.readings = static_cast<int>(tag.window.size());
-  location.status = IsExplained(heard) ? TagLocation::Status::kOk : TagLocation::Status::kOutside;
+  location.status = IsExplained(heard, location.probability) ? TagLocation::Status::kOk
+                                                             : TagLocation::Status::kOutside;
 }
 
 std::vector<TagLocation> Localizer::Update(const Instant& now) {

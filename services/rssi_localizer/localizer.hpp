@@ -132,7 +132,7 @@ class Localizer {
   };
 
   void Locate(const std::string& name, Tag& tag, Utime utime);
-  bool IsExplained(const Heard& heard) const;
+  bool IsExplained(const Heard& heard, const CellValues& probability) const;
 
   SiteModel model_;
   LocalizerOptions options_;

@@ -196,6 +196,15 @@ void MeasurementModel::AddLogLikelihood(int beacon, double rssi_dbm, double weig
   }
 }
 
+double MeasurementModel::LogLikelihoodAt(int beacon, double rssi_dbm, int cell) const {
+  const BeaconTable& table = beacons_[static_cast<std::size_t>(beacon)];
+  const auto at = static_cast<std::size_t>(cell);
+  const double off = rssi_dbm - static_cast<double>(table.expected_dbm[at]) - rows_.min_db;
+  const int bin = std::clamp(static_cast<int>(off / rows_.step_db), 0, rows_.bins - 1);
+  return static_cast<double>(
+      rows_.log_density[static_cast<std::size_t>(table.row[at] * rows_.bins + bin)]);
+}
+
 double LeastUsedRssi(const Heard& heard, const Trust& trust) {
   const auto most = static_cast<std::size_t>(trust.strongest);
   if (heard.size() <= most) return -std::numeric_limits<double>::infinity();

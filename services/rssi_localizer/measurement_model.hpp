@@ -42,7 +42,9 @@ class MeasurementModel {
   // Adds weight * log p(rssi of this beacon | tag in cell) for every free cell.
   void AddLogLikelihood(int beacon, double rssi_dbm, double weight, CellValues& sum) const;
 
-  int beacons() const { return static_cast<int>(beacons_.size()); }
+  // The same for one cell.
+  double LogLikelihoodAt(int beacon, double rssi_dbm, int cell) const;
+
 
  private:
   Rows rows_;
@@ -79,7 +81,8 @@ struct ModelParts {
 // Log-normal with a robust tail: one reading in twenty has three times the spread, and one in a
 // hundred may be anything. With parts.histogram the filtered map: the joint histogram of residual
 // and distance, smoothed in both directions, each column mixed with the log-normal one in the
-// proportion of readings it holds. An empty calibration leaves the prior.
+// proportion of readings it holds. With parts.bodies some of the readings lose more than that. An
+// empty calibration leaves the prior.
 struct FittedModel {
   MeasurementModel model;
   PathLoss path_loss;

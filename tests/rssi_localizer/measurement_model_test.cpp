@@ -94,6 +94,7 @@ TEST_F(Models, ReadingsOfDifferentBeaconsMultiply) {
   model.AddLogLikelihood(2, -70.0, 1.0, other);
   for (std::size_t cell = 0; cell < both.size(); cell += 37) {
     EXPECT_NEAR(both[cell], 0.5F * (one[cell] + other[cell]), 1e-4F);
+    EXPECT_NEAR(model.LogLikelihoodAt(0, -60.0, static_cast<int>(cell)), one[cell], 0.05);
   }
 }
 
