@@ -1,0 +1,48 @@
+// Missions in simulated flats, and the program that runs them.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/process.hpp"
+#include "tools/evaluation/navigation/mission.hpp"
+
+namespace beckon {
+namespace {
+
+TEST(Mission, SameSeedIsTheSameRun) {
+  MissionOptions options = DefaultMissionOptions();
+  options.use_true_pose = true;
+  const Mission first = RunMission(1, options);
+  const Mission again = RunMission(1, options);
+  EXPECT_EQ(first.outcome, "arrived") << first.reason;
+  EXPECT_LE(first.final_distance_m, 2.0);
+  EXPECT_GT(first.closest_m, 0.0);
+  EXPECT_EQ(first.time_s, again.time_s);
+  EXPECT_EQ(first.path_m, again.path_m);
+  EXPECT_EQ(first.final_distance_m, again.final_distance_m);
+}
+
+TEST(EvaluateNavigation, PrintsTheNamesOfTheScoring) {
+  const auto finished = testing::RunToEnd("evaluate_navigation", {"--seeds", "1-2", "--json"});
+  ASSERT_EQ(finished.exit_code, 0) << finished.output;
+  const auto report = nlohmann::json::parse(finished.output);
+  for (const char* key : {"arrived", "collided", "gave_up", "unreachable", "path_ratio_median",
+                          "closest_m_min", "time_s_median", "final_distance_m_median"}) {
+    EXPECT_TRUE(report[key].is_number()) << key;
+  }
+  EXPECT_EQ(report["missions"], 2);
+  ASSERT_EQ(report["runs"].size(), 2U);
+  EXPECT_EQ(report["runs"][1]["seed"], 2);
+  EXPECT_TRUE(report["runs"][1]["outcome"].is_string());
+}
+
+TEST(EvaluateNavigation, BadSeedsAreNamed) {
+  for (const char* seeds : {"x", "3-1", "1-", "1-2-3", ""}) {
+    const auto finished = testing::RunToEnd("evaluate_navigation", {"--seeds", seeds});
+    EXPECT_EQ(finished.exit_code, 2) << seeds;
+    EXPECT_NE(finished.output.find("--seeds"), std::string::npos) << finished.output;
+  }
+}
+
+}  // namespace
+}  // namespace beckon
