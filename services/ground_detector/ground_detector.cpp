@@ -318,8 +318,9 @@ PoseEstimate GroundDetector::Align(const PoseEstimate& from_features, const Grey
   const Pose2 predicted = have_features
                               ? last.odometry_from_robot.Inverse() * from_features.frame_from_robot
                               : Scaled(velocity_, dt_s);
-  const Alignment alignment = AlignGround(options_.camera, pyramid, last.pyramid, expected_ground_,
-                                          predicted, !have_features, options_.alignment);
+  const Alignment alignment =
+      AlignGround(options_.camera, pyramid, last.pyramid, expected_ground_, predicted,
+                  !have_features && !velocity_known_, options_.alignment);
   const double height = options_.camera.height_m;
   const Pose2 change = predicted.Inverse() * alignment.before_from_now;
   const double sigma_m = std::sqrt(alignment.covariance.topLeftCorner<2, 2>().trace());
