@@ -19,7 +19,7 @@ void InputGuard::Check(Localizer::Verdict verdict, const Reading& reading) {
       }
       throw std::invalid_argument("beacon '" + reading.beacon + "' is not declared in the site");
     case Verdict::kImplausible:
-      throw std::invalid_argument("a reading without a tag, or of " +
+      throw std::invalid_argument("a reading without a tag, of before 1970, or of " +
                                   std::to_string(reading.rssi_dbm) + " dBm");
     case Verdict::kFuture:
       throw std::invalid_argument("a reading of the future: are the clocks synchronised?");

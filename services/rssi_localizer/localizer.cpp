@@ -91,7 +91,9 @@ void TagTracker::AddSlice(const std::vector<BeaconReading>& slice, Utime utime) 
     const double age_s =
         last == last_.end() ? correlation_s_ : SecondsFromUtime(utime - last->second.utime);
     weight.push_back(correlation_s_ > 0.0 ? std::clamp(age_s / correlation_s_, 0.0, 1.0) : 1.0);
-    last_[beacon] = {utime, beacon, rssi};
+    // A late slice does not make the beacon's newest reading older.
+    last_[beacon] = {last == last_.end() ? utime : std::max(utime, last->second.utime), beacon,
+                     rssi};
   }
 
   // The strongest of the window, of which this slice may hold only a part.
@@ -123,7 +125,9 @@ Localizer::Localizer(SiteModel model, const LocalizerOptions& options)
 Localizer::Verdict Localizer::Add(const Reading& reading, const Instant& now) {
   const auto beacon = beacon_index_.find(reading.beacon);
   if (beacon == beacon_index_.end()) return Verdict::kUndeclaredBeacon;
-  if (!IsPlausibleRssi(reading.rssi_dbm) || reading.tag.empty()) return Verdict::kImplausible;
+  if (!IsPlausibleRssi(reading.rssi_dbm) || reading.tag.empty() || reading.utime < 0) {
+    return Verdict::kImplausible;
+  }
   if (reading.utime > now.utime + kFutureUs) return Verdict::kFuture;
   auto known = tags_.find(reading.tag);
   if (known == tags_.end()) {

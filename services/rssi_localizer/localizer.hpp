@@ -100,7 +100,7 @@ class Localizer {
   enum class Verdict {
     kAccepted,
     kUndeclaredBeacon,  // the site does not know it
-    kImplausible,       // no radio receives such a power, or the tag has no name
+    kImplausible,       // no radio receives such a power, no tag, or before 1970
     kFuture,            // dated more than a second after now
     kLate,              // older than the window that ends with the tag's newest reading
     kTooManyTags,

@@ -45,7 +45,6 @@ class MeasurementModel {
   // The same for one cell.
   double LogLikelihoodAt(int beacon, double rssi_dbm, int cell) const;
 
-
  private:
   Rows rows_;
   std::vector<BeaconTable> beacons_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tests/rssi_localizer/example_site.hpp"
 
@@ -106,6 +107,7 @@ TEST_F(LocalizerTest, RefusesWhatItCannotUse) {
   EXPECT_EQ(Add("tag", "a", std::nan(""), now), Verdict::kImplausible);
   EXPECT_EQ(Add("tag", "a", 80.0, now), Verdict::kImplausible);
   EXPECT_EQ(Add("", "a", -60.0, now), Verdict::kImplausible);
+  EXPECT_EQ(Add("tag", "a", -60.0, std::numeric_limits<Utime>::min()), Verdict::kImplausible);
   EXPECT_EQ(Add("tag", "a", -60.0, now + 2'000'000), Verdict::kFuture);
   EXPECT_EQ(localizer_.tags(), 0U) << "none of these makes a tag known";
   EXPECT_EQ(Add("tag", "a", -60.0, now), Verdict::kAccepted);
