@@ -8,7 +8,6 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
-#include <unordered_map>
 
 #include "common/robot_file.hpp"
 

@@ -11,8 +11,7 @@ namespace beckon {
 // At most this many bytes of runs, so that the message fits one datagram.
 inline constexpr std::size_t kMaxRunBytes = 60'000;
 
-// Labels too ragged for kMaxRunBytes are smoothed until they fit; a cell that is smoothed is a cell
-// of mixed labels, and those are no use to anybody.
+// Labels too ragged for kMaxRunBytes are sampled on ever coarser grids until they fit.
 ground_t MakeGroundMessage(const GroundFrame& frame);
 planar_motion_t MakeMotionMessage(const GroundFrame& frame);
 
