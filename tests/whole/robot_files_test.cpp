@@ -24,8 +24,9 @@ std::string ReadText(const std::filesystem::path& file) {
 class RobotFilesTest : public ::testing::Test {
  protected:
   RobotFilesTest() {
-    const auto prepared =
-        testing::RunToEnd("simulate_robot", {"--prepare", directory_.path(), "--seed", "1"});
+    const auto prepared = testing::RunToEnd(
+        "simulate_robot", {"--config", testing::SourceDir() / "deploy/robots/simulated.toml",
+                           "--prepare", directory_.path(), "--seed", "1"});
     EXPECT_EQ(prepared.exit_code, 0) << prepared.output;
   }
   // The lines "key = value" of --print-config.

@@ -195,9 +195,18 @@ class LiveRobot {
 
 }  // namespace
 
+WorldOptions ReadWorldOptions(ConfigFile& file) {
+  WorldOptions world;
+  const RobotOptions robot = ReadRobotOptions(file);
+  world.robot_radius_m = robot.radius_m;
+  world.robot_centre_x_m = robot.centre_x_m;
+  file.Table("simulate_robot").Optional("walking_people", world.walking_people, Range{0, 5});
+  return world;
+}
+
 LiveOptions ReadLiveOptions(ConfigFile& file) {
-  file.IgnoreOtherPrograms();
   LiveOptions options;
+  options.world = ReadWorldOptions(file);
   options.lcm_url = ReadLcmUrl(file);
   std::filesystem::path calibration;
   file.Table("camera").RequiredPath("calibration", calibration);
@@ -216,7 +225,6 @@ LiveOptions ReadLiveOptions(ConfigFile& file) {
   own.OptionalPath("xbee_link", options.xbee_link);
   own.Optional("camera_rate_hz", options.camera_rate_hz, Range{0.5, 60.0});
   own.Optional("jpeg_quality", options.jpeg_quality, Range{40, 100});
-  own.Optional("walking_people", options.world.walking_people, Range{0, 5});
   own.Optional("odometry_scale_sd", options.base.odometry_scale_sd, Range{0.0, 0.5});
   own.Optional("odometry_turn_scale_sd", options.base.odometry_turn_scale_sd, Range{0.0, 0.5});
   own.Optional("odometry_drift_rad_per_m", options.base.odometry_drift_rad_per_m, Range{0.0, 1.0});

@@ -27,8 +27,9 @@ struct LiveOptions {
   std::filesystem::path truth_file;  // empty: none
 };
 
-// From [lcm], [camera], [robot] and [simulate_robot]; the other tables of the file are not looked
-// into.
+// What the flat depends on: [robot] and [simulate_robot] walking_people.
+WorldOptions ReadWorldOptions(ConfigFile& file);
+// From [lcm], [camera], [robot] and [simulate_robot].
 LiveOptions ReadLiveOptions(ConfigFile& file);
 
 // Runs until `stop`. In: DRIVE. Out: ODOMETRY, CALL, camera over HTTP, XBee frames on a

@@ -12,6 +12,13 @@ namespace {
 std::atomic<bool> stop_requested = false;
 extern "C" void RequestStop(int) { stop_requested = true; }
 
+// The flat depends on the robot, which has to fit through it.
+beckon::simulation::WorldOptions WorldOptionsFrom(const std::string& config) {
+  if (config.empty()) return {};
+  beckon::ConfigFile file(config);
+  return beckon::simulation::ReadWorldOptions(file);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -23,12 +30,13 @@ int main(int argc, char** argv) {
   double call_after_s = -1.0;
   simulation::SequenceOptions drive;
   app.add_option("--seed", seed, "Number of the flat")->capture_default_str();
-  auto* mode = app.add_option_group("mode");
-  mode->add_option("--config", config, "Run in real time as ROBOT.toml says");
-  mode->add_option("--prepare", prepare, "Write DIR/site and DIR/camera.toml, and end");
-  mode->add_option("--sequence", sequence,
-                   "Write camera frames of a scripted drive with truth to DIR, and end");
-  mode->require_option(1);
+  app.add_option("--config", config,
+                 "Robot file; with neither --prepare nor --sequence: run in real time as it says");
+  auto* prepare_option =
+      app.add_option("--prepare", prepare, "Write DIR/site and DIR/camera.toml, and end");
+  app.add_option("--sequence", sequence,
+                 "Write camera frames of a scripted drive with truth to DIR, and end")
+      ->excludes(prepare_option);
   app.add_option("--frames", drive.frames, "Frames of the sequence")->capture_default_str();
   app.add_option("--rate", drive.rate_hz, "Frames a second of the sequence")->capture_default_str();
   app.add_option("--lcm-url", lcm_url, "LCM network, instead of the configuration's");
@@ -43,14 +51,16 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   try {
     if (!prepare.empty()) {
-      simulation::WriteSite(prepare + "/site", simulation::MakeWorld(seed, {}), {});
+      const simulation::World world = simulation::MakeWorld(seed, WorldOptionsFrom(config));
+      simulation::WriteSite(prepare + "/site", world, {});
       simulation::WriteCamera(prepare + "/camera.toml", "simulated", 10.0,
                               simulation::DefaultCamera());
     } else if (!sequence.empty()) {
-      simulation::WriteSequence(sequence, simulation::MakeWorld(seed, {}),
-                                simulation::DefaultCamera(), drive);
+      const simulation::World world = simulation::MakeWorld(seed, WorldOptionsFrom(config));
+      simulation::WriteSequence(sequence, world, simulation::DefaultCamera(), drive);
     } else {
       ConfigFile file(config);
+      file.IgnoreOtherPrograms();
       simulation::LiveOptions options = simulation::ReadLiveOptions(file);
       file.Finish();
       if (!lcm_url.empty()) options.lcm_url = lcm_url;
