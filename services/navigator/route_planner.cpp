@@ -15,6 +15,10 @@ constexpr double kMaxClearanceM = 10.0;
 // Where the robot itself stands is passable, however near things seem: at worst it has to get away.
 constexpr double kEscapeM = 0.35;
 constexpr float kEscapeCost = 15.0F;
+// What was seen from further away than this may have been a trick of the light, a floor that looks
+// like none, or a door that has been opened since: where there is no other way, it is worth a look.
+constexpr double kFirmM = 1.2;
+constexpr float kDoubtfulCost = 12.0F;
 // What an end is worth: a metre nearer to the goal is worth this many metres of way.
 constexpr double kNearnessWeight = 6.0;
 // The caller wants the robot in the room, not behind its wall, even if the way is long.
@@ -117,11 +121,13 @@ bool RoutePlanner::HasLineOfSight(const Eigen::Vector2d& from, const Eigen::Vect
   });
 }
 
-RoutePlanner::CostMap RoutePlanner::MakeCostMap(const cv::Mat& seen_clearance,
+RoutePlanner::CostMap RoutePlanner::MakeCostMap(const cv::Mat& firm_clearance,
+                                                const cv::Mat& seen_clearance,
                                                 const Eigen::Vector2d& base) const {
   CostMap costs;
   costs.per_metre.resize(static_cast<std::size_t>(grid_.size()));
   const auto* plan = plan_clearance_.ptr<float>();
+  const auto* firm = firm_clearance.ptr<float>();
   const auto* seen = seen_clearance.ptr<float>();
   const double half_cell = 0.5 * grid_.resolution_m;
   // Seen obstacles reach to the near side of their cells; walls of the plan are lines through
@@ -130,11 +136,15 @@ RoutePlanner::CostMap RoutePlanner::MakeCostMap(const cv::Mat& seen_clearance,
   const double plan_radius = std::max(half_cell, robot_.radius_m - options_.plan_tolerance_m);
   for (int cell = 0; cell < grid_.size(); ++cell) {
     float& cost = costs.per_metre[static_cast<std::size_t>(cell)];
-    const bool is_passable = plan[cell] >= plan_radius && seen[cell] >= seen_radius;
+    const bool is_passable = plan[cell] >= plan_radius && firm[cell] >= seen_radius;
     if (!is_passable) {
-      const bool may_escape = plan[cell] > half_cell && seen[cell] > half_cell &&
+      const bool may_escape = plan[cell] > half_cell && firm[cell] > half_cell &&
                               (grid_.Centre(cell) - base).norm() < kEscapeM;
       cost = may_escape ? kEscapeCost : kImpassable;
+      continue;
+    }
+    if (seen[cell] < seen_radius) {
+      cost = kDoubtfulCost;
       continue;
     }
     const double around = std::min<double>(plan[cell], seen[cell] - half_cell) - robot_.radius_m;
@@ -269,32 +279,48 @@ std::vector<Eigen::Vector2d> RoutePlanner::Shorten(const CostMap& costs,
   return points;
 }
 
-Route RoutePlanner::Plan(const Eigen::Vector2d& base, const RouteGoal& goal, Instant now) const {
-  Route route;
-  const double oldest = SteadySeconds(now) - options_.memory_s;
-  cv::Mat not_seen_occupied(grid_.height, grid_.width, CV_8UC1, cv::Scalar(255));
-  for (std::size_t cell = 0; cell < seen_occupied_s_.size(); ++cell) {
-    if (seen_occupied_s_[cell] >= std::max(0.0, oldest)) not_seen_occupied.data[cell] = 0;
-  }
-  const CostMap costs =
-      MakeCostMap(ClearanceOf(not_seen_occupied, grid_.resolution_m, false), base);
-  const int start = NearestPassable(costs, base);
-  if (start >= 0) {
-    const std::vector<int> cells = Search(costs, start, goal);
-    if (!cells.empty()) {
-      route.is_found = route.plan_has_way = true;
-      route.points = Shorten(costs, cells);
-      route.points.front() = base;
-      for (std::size_t i = 1; i < route.points.size(); ++i) {
-        route.length_m += (route.points[i] - route.points[i - 1]).norm();
-      }
-      return route;
+cv::Mat RoutePlanner::SeenClearance(const Eigen::Vector2d& base, double within_m,
+                                    Instant now) const {
+  const double oldest = std::max(0.0, SteadySeconds(now) - options_.memory_s);
+  cv::Mat not_occupied(grid_.height, grid_.width, CV_8UC1, cv::Scalar(255));
+  for (int cell = 0; cell < grid_.size(); ++cell) {
+    if (seen_occupied_s_[static_cast<std::size_t>(cell)] >= oldest &&
+        (grid_.Centre(cell) - base).norm() <= within_m) {
+      not_occupied.data[cell] = 0;
     }
   }
-  const CostMap plan_costs =
-      MakeCostMap(cv::Mat(grid_.height, grid_.width, CV_32FC1, cv::Scalar(kMaxClearanceM)), base);
-  const int plan_start = NearestPassable(plan_costs, base);
-  route.plan_has_way = plan_start >= 0 && !Search(plan_costs, plan_start, goal).empty();
+  return ClearanceOf(not_occupied, grid_.resolution_m, false);
+}
+
+Route RoutePlanner::Plan(const Eigen::Vector2d& base, const RouteGoal& goal, Instant now) const {
+  const cv::Mat seen = SeenClearance(base, std::numeric_limits<double>::infinity(), now);
+  Route route = PlanWith(MakeCostMap(seen, seen, base), base, goal);
+  if (!route.is_found) {
+    route = PlanWith(MakeCostMap(SeenClearance(base, kFirmM, now), seen, base), base, goal);
+    route.is_doubtful = route.is_found;
+  }
+  if (route.is_found) {
+    route.plan_has_way = true;
+  } else {
+    const cv::Mat nothing(grid_.height, grid_.width, CV_32FC1, cv::Scalar(kMaxClearanceM));
+    route.plan_has_way = PlanWith(MakeCostMap(nothing, nothing, base), base, goal).is_found;
+  }
+  return route;
+}
+
+Route RoutePlanner::PlanWith(const CostMap& costs, const Eigen::Vector2d& base,
+                             const RouteGoal& goal) const {
+  Route route;
+  const int start = NearestPassable(costs, base);
+  if (start < 0) return route;
+  const std::vector<int> cells = Search(costs, start, goal);
+  if (cells.empty()) return route;
+  route.is_found = true;
+  route.points = Shorten(costs, cells);
+  route.points.front() = base;
+  for (std::size_t i = 1; i < route.points.size(); ++i) {
+    route.length_m += (route.points[i] - route.points[i - 1]).norm();
+  }
   return route;
 }
 

@@ -31,6 +31,9 @@ struct RouteGoal {
 
 struct Route {
   bool is_found = false;
+  // Whether it leads through something that was seen, but from too far away to be sure of: there is
+  // no other way.
+  bool is_doubtful = false;
   // Whether the floor plan alone, without anything that was seen, has a way.
   bool plan_has_way = false;
   std::vector<Eigen::Vector2d> points;  // m, map frame; from the robot to the end
@@ -59,7 +62,12 @@ class RoutePlanner {
 
  private:
   struct CostMap;
-  CostMap MakeCostMap(const cv::Mat& seen_clearance, const Eigen::Vector2d& base) const;
+  // Distance of each cell to what was seen within `within_m` of the robot, m; CV_32FC1.
+  cv::Mat SeenClearance(const Eigen::Vector2d& base, double within_m, Instant now) const;
+  // `firm_clearance` is kept by all means, `seen_clearance` at a high price.
+  CostMap MakeCostMap(const cv::Mat& firm_clearance, const cv::Mat& seen_clearance,
+                      const Eigen::Vector2d& base) const;
+  Route PlanWith(const CostMap& costs, const Eigen::Vector2d& base, const RouteGoal& goal) const;
   std::vector<int> Search(const CostMap& costs, int start, const RouteGoal& goal) const;
   std::vector<Eigen::Vector2d> Shorten(const CostMap& costs, const std::vector<int>& cells) const;
   int NearestPassable(const CostMap& costs, const Eigen::Vector2d& point) const;

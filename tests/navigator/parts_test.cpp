@@ -111,6 +111,30 @@ TEST(RoutePlanner, GoesRoundWhatWasSeenAndForgetsItInTime) {
   EXPECT_NEAR(planner.Plan({1.0, 2.0}, goal, now).length_m, 8.0, 0.1);
 }
 
+TEST(RoutePlanner, GoesToLookWhereTheOnlyDoorSeemsBlockedFromAfar) {
+  FloorPlan plan = Room(10.0, 4.0);
+  plan.walls.push_back({{5.0, 0.0}, {5.0, 1.5}, std::nullopt});
+  plan.walls.push_back({{5.0, 2.5}, {5.0, 4.0}, std::nullopt});
+  RoutePlanner planner(plan, {}, {});
+  SeenGrid seen;
+  seen.grid.resolution_m = 0.1;
+  seen.grid.width = seen.grid.height = 40;
+  seen.occupancy.assign(1600, 0);
+  for (int row = 0; row < 40; ++row) {
+    seen.occupancy[static_cast<std::size_t>(row * 40 + 20)] = 200;  // across the door, at x = 5.05
+  }
+  Instant now;
+  now.steady = std::chrono::seconds(100);
+  planner.Remember(seen, {3.0, 0.0, 0.0}, now);
+  const RouteGoal goal{{9.0, 2.0}, 0.1};
+  const Route from_afar = planner.Plan({2.0, 2.0}, goal, now);
+  EXPECT_TRUE(from_afar.is_found);
+  EXPECT_TRUE(from_afar.is_doubtful);
+  const Route from_near = planner.Plan({4.2, 2.0}, goal, now);
+  EXPECT_FALSE(from_near.is_found) << "what is seen from near is there";
+  EXPECT_TRUE(from_near.plan_has_way);
+}
+
 TEST(RoutePlanner, PrefersTheCallersSideOfAWall) {
   FloorPlan plan = Room(10.0, 6.0);
   // Caller at (5, 3.4), just behind a wall that the robot would have to go round.
