@@ -107,6 +107,16 @@ TEST(GroundCamera, BadGeometryIsRefusedWithItsPlace) {
               ::testing::HasSubstr("bottom of the image"));
 }
 
+TEST(GroundCamera, TheExampleToCopyIsWhatItSays) {
+  const GroundCamera camera =
+      GroundCamera::Load(testing::SourceDir() / "deploy/robots/example_camera.toml");
+  const GroundCamera ideal =
+      GroundCamera::Pinhole(640, 480, camera.fx, 0.55, RadiansFromDegrees(26.0));
+  for (const Eigen::Vector2d pixel : {Eigen::Vector2d(10, 470), Eigen::Vector2d(600, 100)}) {
+    EXPECT_NEAR((*camera.GroundFromPixel(pixel) - *ideal.GroundFromPixel(pixel)).norm(), 0.0, 1e-3);
+  }
+}
+
 TEST(GroundCamera, RecordedCalibrationsAgreeWithTheirHeightAndTilt) {
   if (testing::SharedData().empty()) GTEST_SKIP() << testing::kNoSharedData;
   for (const auto& entry :
