@@ -112,7 +112,7 @@ TEST(GroundCamera, TheExampleToCopyIsWhatItSays) {
       GroundCamera::Load(testing::SourceDir() / "deploy/robots/example_camera.toml");
   const GroundCamera ideal =
       GroundCamera::Pinhole(640, 480, camera.fx, 0.55, RadiansFromDegrees(26.0));
-  for (const Eigen::Vector2d pixel : {Eigen::Vector2d(10, 470), Eigen::Vector2d(600, 100)}) {
+  for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(10, 470), Eigen::Vector2d(600, 100)}) {
     EXPECT_NEAR((*camera.GroundFromPixel(pixel) - *ideal.GroundFromPixel(pixel)).norm(), 0.0, 1e-3);
   }
 }
