@@ -42,13 +42,15 @@ position = [1.0, 1.0, 2.0]
 folder = "site"
 [robot]
 radius_m = 0.25
+centre_x_m = -0.15
 max_speed_mps = 0.5
 [navigator]
 resume_file = "call"
 )");
   }
 
-  // A robot that stands at (2, 3), looks along x, and sees free floor.
+  // A robot that stands at (2, 3), looks along x, and sees free floor, also beside itself: it stands
+  // still and has no other way to know that floor.
   void Feed(double x = 2.0) {
     const Utime utime = SystemClock().Now().utime;
     bus_.Publish(channels::kRobotPose, MessageFromPose(utime, {x, 3.0, 0.0}, 0.0, 0.0));
@@ -58,8 +60,8 @@ resume_file = "call"
     scan.nranges = scan.nintensities = 121;
     scan.ranges.assign(121, std::numeric_limits<float>::infinity());
     scan.intensities.assign(121, 5.0F);
-    scan.rad0 = -0.6F;
-    scan.radstep = 0.01F;
+    scan.rad0 = -2.4F;
+    scan.radstep = 0.04F;
     bus_.Publish(channels::kScan, scan);
   }
   void CallTo(double x) {
