@@ -10,6 +10,7 @@
 #include "bot_core/image_t.hpp"
 #include "bot_core/planar_lidar_t.hpp"
 #include "common/channels.hpp"
+#include "common/clock.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/support.hpp"
 
@@ -59,6 +60,44 @@ TEST_F(RecordedChainTest, EveryFrameIsAnsweredByAScanOfItsOwnTime) {
   const auto measured = std::count_if(last.ranges.begin(), last.ranges.end(),
                                       [](float range) { return range > 0.5F && range < 8.0F; });
   EXPECT_GT(measured, static_cast<std::ptrdiff_t>(last.ranges.size()) / 3);
+}
+
+TEST_F(RecordedChainTest, ALogPlaysInPlaceOfTheCamera) {
+  if (testing::SharedData().empty()) GTEST_SKIP() << testing::kNoSharedData;
+  const std::string config = Config(testing::SharedData() / "sequences/dev_hall");
+  const std::string log = directory_.path() / "drive.lcmlog";
+  MessageBus bus(kDefaultLcmUrl);
+  testing::Collector<bot_core::image_t> frames(bus, channels::kCamera);
+  testing::Collector<bot_core::planar_lidar_t> scans(bus, channels::kScan);
+  {
+    testing::Process recorder(testing::SourceDir() / "tools/record", {log});
+    ASSERT_TRUE(recorder.WaitForOutput("Recording"));
+    testing::Process grabber("camera_grabber", {"--config", config});
+    ASSERT_TRUE(DispatchUntil(bus, [&] { return frames.size() >= 20; }));
+    grabber.Signal(SIGTERM);
+    EXPECT_EQ(grabber.WaitForExit(), 0);
+    recorder.Signal(SIGINT);
+    EXPECT_EQ(recorder.WaitForExit(), 0) << recorder.Output();
+  }
+  std::vector<Utime> recorded;
+  for (const auto& frame : frames.messages()) recorded.push_back(frame.utime);
+  frames.Clear();
+
+  testing::Process caster("range_caster", {"--config", config});
+  testing::Process detector("ground_detector", {"--config", config});
+  ASSERT_TRUE(caster.WaitForOutput("running"));
+  ASSERT_TRUE(detector.WaitForOutput("running"));
+  testing::Process replay(testing::SourceDir() / "tools/replay", {log});
+  ASSERT_TRUE(DispatchUntil(
+      bus, [&] { return !replay.IsRunning(); }, seconds(20)));
+  EXPECT_EQ(replay.WaitForExit(), 0) << replay.Output();
+  ASSERT_TRUE(DispatchUntil(bus, [&] {
+    return scans.size() > 0 && scans.messages().back().utime == frames.messages().back().utime;
+  }));
+  // The recorder may have missed what was sent while it started.
+  EXPECT_GE(frames.size() + 3, recorded.size());
+  EXPECT_THAT(recorded, ::testing::Contains(frames.messages()[recorded.size() / 2].utime))
+      << "recorded times are kept";
 }
 
 }  // namespace
