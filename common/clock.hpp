@@ -22,6 +22,11 @@ struct Instant {
   std::chrono::microseconds steady{};  // since an arbitrary start
 };
 
+// On the steady clock.
+inline double SecondsSince(Instant now, Instant then) {
+  return std::chrono::duration<double>(now.steady - then.steady).count();
+}
+
 class Clock {
  public:
   virtual ~Clock() = default;

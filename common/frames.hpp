@@ -33,6 +33,7 @@ struct Pose2 {
   double theta = 0.0;  // rad, counter-clockwise from x
 
   Eigen::Vector2d translation() const { return {x, y}; }
+  bool IsFinite() const { return std::isfinite(x) && std::isfinite(y) && std::isfinite(theta); }
 
   // a_from_c = a_from_b * b_from_c.
   Pose2 operator*(const Pose2& other) const {

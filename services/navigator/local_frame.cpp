@@ -11,10 +11,6 @@ constexpr double kClockSetBackS = 1.0;
 constexpr double kMaxJumpM = 0.5;  // beyond what the top speed explains
 constexpr double kMaxJumpRad = 0.7;
 
-double SecondsSince(Instant now, Instant then) {
-  return std::chrono::duration<double>(now.steady - then.steady).count();
-}
-
 }  // namespace
 
 bool LocalFrame::AddOdometry(Instant now, Utime utime, const Pose2& local_from_robot) {

@@ -32,10 +32,6 @@ constexpr double kProgressM = 0.15;
 constexpr double kStillM = 0.1;
 constexpr double kStillRad = 0.2;
 
-double SecondsSince(Instant now, Instant then) {
-  return std::chrono::duration<double>(now.steady - then.steady).count();
-}
-
 void CheckScan(const Scan& scan) {
   constexpr std::size_t kMaxRays = 20'000;
   constexpr double kMaxRangeM = 1e3;
@@ -67,14 +63,9 @@ void CheckGrid(const SeenGrid& grid) {
       !(grid.grid.resolution_m > 1e-3 && grid.grid.resolution_m < 10.0)) {
     throw std::invalid_argument("a grid whose size does not fit its cells");
   }
-  const Pose2& pose = grid.grid_from_robot;
-  if (!(pose.translation().allFinite() && std::isfinite(pose.theta))) {
+  if (!grid.grid_from_robot.IsFinite()) {
     throw std::invalid_argument("a grid without a finite pose");
   }
-}
-
-bool IsFinite(const Pose2& pose) {
-  return pose.translation().allFinite() && std::isfinite(pose.theta);
 }
 
 std::string Metres(double metres) {
@@ -126,7 +117,7 @@ void Navigator::OnLocation(Instant now, const LocatedTag& location) {
 }
 
 void Navigator::OnPose(Instant now, Utime utime, const Pose2& map_from_robot) {
-  if (!IsFinite(map_from_robot)) {
+  if (!map_from_robot.IsFinite()) {
     monitor_.OnInvalidPose(now);
     throw std::invalid_argument("a pose that is not finite");
   }
@@ -139,7 +130,7 @@ void Navigator::OnPose(Instant now, Utime utime, const Pose2& map_from_robot) {
 }
 
 void Navigator::OnOdometry(Instant now, Utime utime, const Pose2& odometry_from_robot) {
-  if (!IsFinite(odometry_from_robot)) throw std::invalid_argument("odometry that is not finite");
+  if (!odometry_from_robot.IsFinite()) throw std::invalid_argument("odometry that is not finite");
   if (frame_.AddOdometry(now, utime, odometry_from_robot)) return;
   surroundings_.Clear();
   map_from_local_.reset();

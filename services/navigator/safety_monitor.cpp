@@ -15,10 +15,6 @@ constexpr double kFrozenRad = 0.25;
 constexpr int kFrozenHits = 5;
 constexpr double kStandingMps = 0.01;
 
-double SecondsSince(Instant now, Instant then) {
-  return std::chrono::duration<double>(now.steady - then.steady).count();
-}
-
 bool IsRepetition(const Scan& a, const Scan& b) {
   if (a.ranges_m.size() != b.ranges_m.size()) return false;
   int hits = 0;

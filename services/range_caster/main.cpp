@@ -28,7 +28,7 @@ void Run(Service& service, const RangeCasterOptions& options) {
     std::optional<Pose2> pose;
     if (motion.status == planar_motion_t::OK) {
       pose = Pose2{motion.translation[0], motion.translation[1], motion.rotation_rad};
-      if (!pose->translation().allFinite() || !std::isfinite(pose->theta)) {
+      if (!pose->IsFinite()) {
         throw std::invalid_argument("the motion is not finite");
       }
     }
