@@ -40,7 +40,7 @@ GroundScores EvaluateSequence(const std::filesystem::path& folder,
   const Sequence sequence = LoadSequence(folder);
   GroundDetectorOptions detector_options;
   detector_options.camera = sequence.camera;
-  for (const std::string& part : options.without) LeaveOut(part, detector_options);
+  detector_options.without = options.without;
   GroundDetector detector(detector_options);
   GroundScorer scorer(sequence, options.max_range_m);
   std::filesystem::path overlay;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,8 @@ namespace beckon {
 
 struct GroundEvaluationOptions {
   double max_range_m = 6.0;
-  std::filesystem::path overlay;     // folder for one picture a frame, empty for none
-  std::vector<std::string> without;  // parts of the detector that are left out
+  std::filesystem::path overlay;   // folder for one picture a frame, empty for none
+  std::set<DetectorPart> without;  // parts of the detector that are left out
 };
 
 // Throws ConfigError, FileError or std::invalid_argument, naming the file that cannot be used.

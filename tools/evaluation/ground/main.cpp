@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
   app.add_option("--without", options.without,
                  "Leave out a part of the detector, to see what it does")
-      ->check(CLI::IsMember(beckon::DetectorParts()))
+      ->transform(CLI::CheckedTransformer(beckon::DetectorParts()))
       ->allow_extra_args(false);
   CLI11_PARSE(app, argc, argv);
 

@@ -1,0 +1,33 @@
+#include "services/ground_detector/detector_options.hpp"
+
+#include <filesystem>
+
+#include "common/robot_file.hpp"
+
+namespace beckon {
+
+const std::map<std::string, DetectorPart>& DetectorParts() {
+  static const std::map<std::string, DetectorPart> parts = {{"alignment", DetectorPart::kAlignment},
+                                                            {"parallax", DetectorPart::kParallax},
+                                                            {"colour", DetectorPart::kColour},
+                                                            {"history", DetectorPart::kHistory},
+                                                            {"borders", DetectorPart::kBorders}};
+  return parts;
+}
+
+GroundDetectorOptions ReadGroundDetectorOptions(ConfigFile& file) {
+  GroundDetectorOptions options;
+  std::filesystem::path calibration;
+  file.Table("camera").RequiredPath("calibration", calibration);
+  options.camera = GroundCamera::Load(calibration);
+  const RobotOptions robot = ReadRobotOptions(file);
+  options.max_speed_mps = robot.max_speed_mps;
+  options.max_turn_radps = robot.max_turn_radps;
+  ConfigTable& table = file.Table("ground_detector");
+  table.Optional("memory_s", options.memory_s, {0.1, 5.0});
+  table.Optional("max_gap_s", options.max_gap_s, {0.1, 10.0});
+  table.Optional("fast_threshold", options.features.fast_threshold, {2, 100});
+  return options;
+}
+
+}  // namespace beckon

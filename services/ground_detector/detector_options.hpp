@@ -1,0 +1,55 @@
+// What the ground detector can be told, and the parts that it consists of.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "common/config.hpp"
+#include "common/ground_camera.hpp"
+#include "services/ground_detector/alignment.hpp"
+#include "services/ground_detector/borders.hpp"
+#include "services/ground_detector/features.hpp"
+#include "services/ground_detector/mean_shift.hpp"
+#include "services/ground_detector/motion.hpp"
+#include "services/ground_detector/parallax.hpp"
+#include "services/ground_detector/segment_classifier.hpp"
+#include "services/ground_detector/tracks.hpp"
+
+namespace beckon {
+
+// Parts that can be left out, to see what each is good for.
+enum class DetectorPart {
+  kAlignment,  // motion from corners alone
+  kParallax,   // labels without evidence from motion
+  kColour,     // nothing learnt from colour
+  kHistory,    // segments are judged by this frame's evidence alone
+  kBorders     // labels have the borders of the segments
+};
+// By the names that tools know them by.
+const std::map<std::string, DetectorPart>& DetectorParts();
+
+struct GroundDetectorOptions {
+  GroundCamera camera;
+  double max_speed_mps = 1.0;  // what the first match has to reckon with
+  double max_turn_radps = 1.5;
+  double memory_s = 1.0;   // frames that features are matched with and parallax is taken from
+  double max_gap_s = 1.5;  // after a longer gap nothing is compared with what was before
+  int scale = 10;          // frame pixels along a side of a segmentation cell
+  FeatureOptions features;
+  TrackerOptions tracker;
+  MotionOptions motion;
+  AlignmentOptions alignment;
+  ParallaxOptions parallax;
+  MeanShiftOptions mean_shift;
+  ClassifierOptions classifier;
+  BorderOptions borders;
+  std::set<DetectorPart> without;  // for evaluation
+
+  bool Uses(DetectorPart part) const { return !without.contains(part); }
+};
+
+// Reads [camera], [robot] and [ground_detector].
+GroundDetectorOptions ReadGroundDetectorOptions(ConfigFile& file);
+
+}  // namespace beckon
