@@ -59,6 +59,7 @@ float Lighting::OnFloorUnshadowed(const Eigen::Vector2d& point) const {
 }
 
 float Lighting::OnUpright(const Eigen::Vector2d& point, const Eigen::Vector2d& normal) const {
+  if (lamps_.empty()) return 1.0F;
   constexpr double kMiddleM = 0.4;  // height that stands for the part which a low camera sees
   const Lamp& lamp = lamps_[NearestRoom(point + 0.03 * normal)];
   const Eigen::Vector3d to_lamp = lamp.position - Eigen::Vector3d(point.x(), point.y(), kMiddleM);
@@ -103,7 +104,8 @@ void Lighting::DarkenCastShadows(const World& world, cv::Mat& light) const {
 
 cv::Mat Lighting::OnFloor(const World& world) const {
   const GridGeometry grid = GridGeometry::Covering(world.min, world.max, kCellM);
-  cv::Mat light(grid.height, grid.width, CV_32FC1);
+  cv::Mat light(grid.height, grid.width, CV_32FC1, cv::Scalar(1.0));
+  if (lamps_.empty()) return light;
   cv::Mat open(grid.height, grid.width, CV_8UC1, cv::Scalar(255));
   for (int row = 0; row < grid.height; ++row) {
     for (int column = 0; column < grid.width; ++column) {

@@ -14,6 +14,8 @@ namespace beckon::simulation {
 class Lighting {
  public:
   Lighting(const World& world, Random& random);
+  // The same light on everything, and no shadows.
+  static Lighting Even() { return {}; }
 
   // Light on an upright surface at a point of it, relative to the floor below the lamp. `normal`:
   // unit vector in the plane, pointing away from the surface. The room is that of a point just off
@@ -26,6 +28,8 @@ class Lighting {
   cv::Mat OnFloor(const World& world) const;
 
  private:
+  Lighting() = default;
+
   struct Lamp {
     Eigen::Vector3d position;  // m, map frame
     float strength;            // of direct light below it
@@ -36,7 +40,7 @@ class Lighting {
   void DarkenCastShadows(const World& world, cv::Mat& light) const;
 
   std::vector<Room> rooms_;
-  std::vector<Lamp> lamps_;  // one a room
+  std::vector<Lamp> lamps_;  // one a room; none in even light
 };
 
 // How much darker the floor is at this distance from the foot of something, where light from all

@@ -192,17 +192,19 @@ Renderer::Impl::Impl(const World& world, const GroundCamera& camera, const Rende
       options_(options),
       height_(static_cast<float>(camera.height_m)),
       look_random_(world.seed, Stream::kLook),
-      lighting_(world_, look_random_) {
+      lighting_(options.one_look ? Lighting::Even() : Lighting(world_, look_random_)) {
   std::vector<Look> floors;
   for (std::size_t i = 0; i < world_.rooms.size(); ++i) {
     // Now and then one covering goes through two rooms.
     const bool same = i > 0 && look_random_.Chance(0.4);
     floors.push_back(same ? floors.back() : RandomFloorLook(look_random_));
-    tiles_.push_back(MipImage::Tile(RandomWallLook(look_random_, floors.back().first)));
+    if (options_.one_look) floors.back() = *options_.one_look;
+    tiles_.push_back(MipImage::Tile(
+        options_.one_look.value_or(RandomWallLook(look_random_, floors.back().first))));
   }
   floor_ = std::make_unique<MipImage>(
       PaintFloor(world_, floors, lighting_, options_.texel_m, look_random_));
-  has_skirting_ = look_random_.Chance(0.5);
+  has_skirting_ = look_random_.Chance(0.5) && !options_.one_look;
   const auto grey = static_cast<float>(look_random_.Uniform(60.0, 230.0));
   skirting_ = Colour(grey, grey, grey);
 
@@ -210,7 +212,8 @@ Renderer::Impl::Impl(const World& world, const GroundCamera& camera, const Rende
     int tile = -1;
     if (solid.kind == SolidKind::kFurniture) {
       tile = static_cast<int>(tiles_.size());
-      tiles_.push_back(MipImage::Tile(RandomFurnitureLook(look_random_, floors[0].first)));
+      tiles_.push_back(MipImage::Tile(
+          options_.one_look.value_or(RandomFurnitureLook(look_random_, floors[0].first))));
     }
     skins_.push_back(MakeSkin(solid, tile));
   }
@@ -441,7 +444,7 @@ Colour Renderer::Impl::ShadeSide(const Ray& ray, const Hit& hit) const {
       body.is_cylinder ? (first + 1) % lights.size() : std::min(first + 1, lights.size() - 1);
   const float weight = std::clamp(sample - static_cast<float>(first), 0.0F, 1.0F);
   float light = (1.0F - weight) * lights[first] + weight * lights[second];
-  light *= 1.0F - 0.3F * std::exp(-z / 0.04F);  // dark where it meets the floor
+  if (!options_.one_look) light *= 1.0F - 0.3F * std::exp(-z / 0.04F);  // dark at the floor
 
   const float pixel_m = hit.range * std::hypot(1.0F, ray.slope) / static_cast<float>(camera_.fx);
   const auto textured = [&](int tile) {

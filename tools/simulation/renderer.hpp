@@ -9,9 +9,11 @@
 #include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "common/ground_camera.hpp"
+#include "tools/simulation/texture.hpp"
 #include "tools/simulation/world.hpp"
 
 namespace beckon::simulation {
@@ -19,6 +21,9 @@ namespace beckon::simulation {
 struct RenderOptions {
   double noise_sigma = 1.6;  // of each channel, grey levels
   double texel_m = 0.0025;   // of the floor's picture
+  // Floor, walls and furniture all look like this, in the same light and without shadows: colour
+  // and brightness then say nothing about what is floor.
+  std::optional<Look> one_look = std::nullopt;
 };
 
 class Renderer {

@@ -162,6 +162,33 @@ Colour Books(const Look& look, float x, float y, bool wraps) {
   return Mix(look.first * 0.6F, spine * (0.95F + 0.1F * fine), joint);
 }
 
+// Noise of all sizes, each channel for itself, strongest at the look's own size. Like most that is
+// found in nature it falls off slowly with size, so that there are corners from near and far.
+Colour Mottle(const Look& look, float x, float y, bool wraps) {
+  constexpr int kLargest = 2;  // 2^k patches a tile
+  constexpr int kSmallest = 9;
+  const float centre = std::log2(kTileM / static_cast<float>(look.size_m));
+  Colour sum(0, 0, 0);
+  float squares = 0.0F;
+  for (int k = kLargest; k <= kSmallest; ++k) {
+    const float octaves = static_cast<float>(k) - centre;
+    const float weight = std::exp(-0.06F * octaves * octaves);
+    const std::uint32_t seed = look.seed + 16U * static_cast<std::uint32_t>(k);
+    for (int channel = 0; channel < 3; ++channel) {
+      const float noise = Noise(x, y, k, seed + static_cast<std::uint32_t>(channel), wraps);
+      sum[channel] += weight * (noise - 0.5F);
+    }
+    squares += weight * weight;
+  }
+  Colour colour;
+  for (int channel = 0; channel < 3; ++channel) {
+    // The same spread between the colours, however many octaves share it.
+    const float part = std::clamp(0.5F + sum[channel] / std::sqrt(squares), 0.0F, 1.0F);
+    colour[channel] = look.first[channel] * (1.0F - part) + look.second[channel] * part;
+  }
+  return colour;
+}
+
 struct Limits {
   double min;
   double max;
@@ -230,6 +257,14 @@ Look RandomFurnitureLook(Random& random, const Colour& floor) {
   return MakeLook(kind, first, first * static_cast<float>(random.Uniform(0.55, 0.8)), random);
 }
 
+Look RandomMottle(Random& random) {
+  const Colour first = RandomColour(random, {0.0, 360.0}, {0.0, 0.5}, {0.6, 0.95});
+  const Colour second = RandomColour(random, {0.0, 360.0}, {0.0, 0.5}, {0.1, 0.4});
+  Look look = MakeLook(LookKind::kMottle, first, second, random);
+  look.size_m = 0.02 * std::pow(5.0, random.Uniform());
+  return look;
+}
+
 Colour Albedo(const Look& look, float x, float y, bool wraps) {
   const auto noise = [&](int k, std::uint32_t n) { return Noise(x, y, k, look.seed + n, wraps); };
   switch (look.kind) {
@@ -275,6 +310,8 @@ Colour Albedo(const Look& look, float x, float y, bool wraps) {
       return look.first * (0.95F + 0.04F * noise(4, 0) + 0.04F * noise(8, 1));
     case LookKind::kBooks:
       return Books(look, x, y, wraps);
+    case LookKind::kMottle:
+      return Mottle(look, x, y, wraps);
   }
   return look.first;
 }

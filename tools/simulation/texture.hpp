@@ -27,6 +27,7 @@ enum class LookKind {
   kCardboard,
   kPaint,
   kBooks,
+  kMottle,  // patches of random colours and sizes: no surface of this world
 };
 
 struct Look {
@@ -34,13 +35,15 @@ struct Look {
   Colour first{128, 128, 128};
   Colour second{96, 96, 96};
   std::uint32_t seed = 0;
-  double size_m = 0.3;  // of tiles, planks, stones
+  double size_m = 0.3;  // of tiles, planks, patches
 };
 
 Look RandomFloorLook(Random& random);
 // Unlike `floor` in colour, so that a person could tell where the floor ends.
 Look RandomWallLook(Random& random, const Colour& floor);
 Look RandomFurnitureLook(Random& random, const Colour& floor);
+// Any colours, patches of all sizes, those of 2 to 10 cm strongest.
+Look RandomMottle(Random& random);
 
 // Colour of the surface at a point of it, m. With `wraps` it repeats every kTileM in both
 // directions.

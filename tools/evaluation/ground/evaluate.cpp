@@ -98,6 +98,7 @@ std::string ScoresAsTable(const std::vector<GroundScores>& scores) {
                                   {"obstacle_as_ground", 100, "%"},
                                   {"undetermined", 100, "%"},
                                   {"feature_false_rate_mean", 100, "%"},
+                                  {"feature_undetermined_mean", 100, "%"},
                                   {"range_error_mean", 100, "%"},
                                   {"range_error_median", 100, "%"},
                                   {"range_error_p95", 100, "%"},

@@ -103,17 +103,23 @@ GroundScorer::GroundScorer(const Sequence& sequence, double max_range_m)
 void GroundScorer::AddFeatures(const GroundFrame& frame, const cv::Mat& truth) {
   std::int64_t matched = 0;
   std::int64_t wrong = 0;
+  std::int64_t undetermined = 0;
   for (const ClassifiedFeature& feature : frame.features) {
     const cv::Point pixel(cvRound(feature.pixel.x), cvRound(feature.pixel.y));
     if (!feature.matched || !cv::Rect({}, truth.size()).contains(pixel)) continue;
     const std::uint8_t expected = truth.at<std::uint8_t>(pixel);
     if (expected == kUndetermined) continue;
     ++matched;
-    if (feature.feature_class == FeatureClass::kUndetermined) continue;
+    if (feature.feature_class == FeatureClass::kUndetermined) {
+      ++undetermined;
+      continue;
+    }
     const bool is_ground = feature.feature_class == FeatureClass::kGround;
     if (is_ground != (expected == kGround)) ++wrong;
   }
-  if (matched > 0) feature_false_rates_.push_back(Share(wrong, matched));
+  if (matched == 0) return;
+  feature_false_rates_.push_back(Share(wrong, matched));
+  feature_undetermined_.push_back(Share(undetermined, matched));
 }
 
 // A frame without an answer counts as one that says "did not move", unless a later answer reaches
@@ -168,6 +174,7 @@ GroundScores GroundScorer::Result() const {
   put("obstacle_as_ground", Share(pixels_.obstacle_as_ground, pixels_.judged - pixels_.ground));
   put("undetermined", Share(pixels_.undetermined, pixels_.judged));
   put("feature_false_rate_mean", Mean(feature_false_rates_));
+  put("feature_undetermined_mean", Mean(feature_undetermined_));
   std::vector<double> absolute = ranges_.relative;
   for (double& value : absolute) value = std::abs(value);
   put("range_error_mean", Mean(absolute));

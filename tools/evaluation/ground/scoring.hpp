@@ -81,6 +81,7 @@ class GroundScorer {
   PixelCounts pixels_;
   std::vector<double> region_false_rates_;
   std::vector<double> feature_false_rates_;
+  std::vector<double> feature_undetermined_;
   RangeErrors ranges_;
   std::vector<MotionError> motions_;  // by frame
   std::vector<double> ms_;
