@@ -9,9 +9,9 @@
 
 #include "common/clock.hpp"
 #include "common/config.hpp"
+#include "common/ego_motion.hpp"
 #include "common/frames.hpp"
 #include "common/grid.hpp"
-#include "common/pose_history.hpp"
 #include "services/range_caster/ray_caster.hpp"
 
 namespace beckon {
@@ -53,24 +53,6 @@ class OccupancyMap {
   // What this scan says of each cell it touches, so that a cell that many rays cross counts once.
   std::vector<float> evidence_;
   std::vector<int> touched_;
-};
-
-// The robot's motion between two moments: from odometry where it covers them, else from
-// GROUND_MOTION.
-class EgoMotion {
- public:
-  void AddOdometry(Utime utime, const Pose2& odometry_from_robot);
-  // `from_robot_at`: pose at `utime` in the robot frame at `utime_from`; nothing when it could not
-  // be found.
-  void AddGroundMotion(Utime utime_from, Utime utime, const std::optional<Pose2>& motion);
-  void Clear();
-
-  // Pose of the robot at `to` in the robot frame at `from`; nothing while it is not known.
-  std::optional<Pose2> Between(Utime from, Utime to) const;
-
- private:
-  PoseHistory odometry_;
-  PoseHistory visual_;
 };
 
 // Puts each scan into the map at the place where the robot was when its frame was taken. Motion

@@ -1,5 +1,5 @@
-// rssi_localizer: from signal strength to where every tag may be, and from odometry to the robot's
-// pose.
+// rssi_localizer: from signal strength to where every tag may be, and with odometry and scans to
+// the robot's own pose.
 #include "common/channels.hpp"
 #include "common/log.hpp"
 #include "common/service.hpp"
@@ -13,25 +13,39 @@ namespace {
 void Run(Service& service, const RssiLocalizerOptions& options) {
   Localizer localizer(SiteModel::Fit(options.site, options.calibration, options.localizer),
                       options.localizer);
+  RobotLocalizer robot(localizer.model(), options.robot);
   LogInfo(options.site.name + ": " + localizer.model().description);
   InputGuard guard;
   MessageBus& bus = service.bus();
+  const auto now = [&] { return service.clock().Now(); };
   service.SetHealth(Health::kWaiting, "no RSSI yet");
 
   bus.Subscribe<rssi_reading_t>(channels::kRssi, [&](const rssi_reading_t& message) {
     const Reading reading = ReadingFromMessage(message);
-    guard.Check(localizer.Add(reading, service.clock().Now()), reading);
+    guard.Check(localizer.Add(reading, now()), reading);
+    robot.AddReading(reading);
   });
-  bus.Subscribe<bot_core::pose_t>(channels::kOdometry, [&](const bot_core::pose_t& odometry) {
-    bus.Publish(channels::kRobotPose, RobotPoseFromOdometry(odometry, options.map_from_odometry));
+  bus.Subscribe<bot_core::pose_t>(channels::kOdometry, [&](const bot_core::pose_t& message) {
+    const auto pose = robot.AddOdometry(now(), message.utime, OdometryFromMessage(message));
+    if (pose) bus.Publish(channels::kRobotPose, RobotPoseMessage(*pose, message));
   });
+  bus.Subscribe<planar_motion_t>(channels::kGroundMotion, [&](const planar_motion_t& message) {
+    const auto pose =
+        robot.AddGroundMotion(now(), message.utime_from, message.utime, MotionFromMessage(message));
+    if (pose) bus.Publish(channels::kRobotPose, RobotPoseMessage(*pose, message));
+  });
+  bus.SubscribeLatest<bot_core::planar_lidar_t>(
+      channels::kScan, [&](const bot_core::planar_lidar_t& message) {
+        robot.AddScan(now(), message.utime, ScanFromMessage(message));
+      });
 
   std::size_t next_map = 0;
   service.Every(
-      std::chrono::milliseconds(std::lround(1e3 * options.update_period_s)), [&](Instant now) {
-        const std::vector<TagLocation> locations = localizer.Update(now);
+      std::chrono::milliseconds(std::lround(1e3 * options.update_period_s)), [&](Instant instant) {
+        const std::vector<TagLocation> locations = localizer.Update(instant);
         for (const TagLocation& location : locations) {
           bus.Publish(channels::kLocation, MessageFromLocation(location));
+          robot.AddLocation(location);
         }
         const auto maps =
             std::min(locations.size(), static_cast<std::size_t>(options.maps_per_update));
@@ -39,12 +53,11 @@ void Run(Service& service, const RssiLocalizerOptions& options) {
           const TagLocation& location = locations[next_map++ % locations.size()];
           bus.Publish(channels::kLocationMap, MapFromLocation(localizer.model().grid, location));
         }
+        const std::string waiting = locations.empty() ? "no tag heard" : robot.Doubt(instant);
         if (!guard.Complaint().empty()) {
           service.SetHealth(Health::kDegraded, guard.Complaint());
-        } else if (locations.empty()) {
-          service.SetHealth(Health::kWaiting, "no tag heard");
         } else {
-          service.SetHealth(Health::kOk);
+          service.SetHealth(waiting.empty() ? Health::kOk : Health::kWaiting, waiting);
         }
       });
   service.Run();
@@ -57,7 +70,7 @@ int main(int argc, char** argv) {
   return beckon::RunService(
       argc, argv,
       {"rssi_localizer",
-       "Locates tags from signal strength, and the robot from odometry.\n"
-       "In: RSSI, ODOMETRY. Out: LOCATION, LOCATION_MAP, ROBOT_POSE, HEALTH."},
+       "Locates tags from signal strength, and the robot from that, its motion and its scans.\n"
+       "In: RSSI, ODOMETRY, GROUND_MOTION, SCAN. Out: LOCATION, LOCATION_MAP, ROBOT_POSE, HEALTH."},
       beckon::ReadRssiLocalizerOptions, beckon::Run);
 }

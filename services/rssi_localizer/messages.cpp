@@ -79,16 +79,35 @@ probability_map_t MapFromLocation(const FloorGrid& grid, const TagLocation& loca
   return message;
 }
 
-bot_core::pose_t RobotPoseFromOdometry(const bot_core::pose_t& odometry,
-                                       const Pose2& map_from_odometry) {
-  if (!IsPlausible(odometry)) {
+Pose2 OdometryFromMessage(const bot_core::pose_t& message) {
+  if (!IsPlausible(message)) {
     throw std::invalid_argument("the pose is not finite or not a rotation");
   }
-  const Pose2 odometry_from_robot = PoseFromMessage(odometry);
-  const double forward_mps = odometry.vel[0] * std::cos(odometry_from_robot.theta) +
-                             odometry.vel[1] * std::sin(odometry_from_robot.theta);
-  return MessageFromPose(odometry.utime, map_from_odometry * odometry_from_robot, forward_mps,
-                         odometry.rotation_rate[2]);
+  return PoseFromMessage(message);
+}
+
+std::optional<Pose2> MotionFromMessage(const planar_motion_t& message) {
+  if (message.status != planar_motion_t::OK) return std::nullopt;
+  const Pose2 motion{message.translation[0], message.translation[1], message.rotation_rad};
+  if (!motion.IsFinite()) throw std::invalid_argument("the motion is not finite");
+  return motion;
+}
+
+RangeScan ScanFromMessage(const bot_core::planar_lidar_t& message) {
+  return {message.rad0, message.radstep, message.ranges, message.intensities};
+}
+
+bot_core::pose_t RobotPoseMessage(const Pose2& map_from_robot, const bot_core::pose_t& odometry) {
+  const double heading = PoseFromMessage(odometry).theta;
+  const double forward_mps =
+      odometry.vel[0] * std::cos(heading) + odometry.vel[1] * std::sin(heading);
+  return MessageFromPose(odometry.utime, map_from_robot, forward_mps, odometry.rotation_rate[2]);
+}
+
+bot_core::pose_t RobotPoseMessage(const Pose2& map_from_robot, const planar_motion_t& motion) {
+  const double elapsed_s = std::max(1e-3, SecondsFromUtime(motion.utime - motion.utime_from));
+  return MessageFromPose(motion.utime, map_from_robot, motion.translation[0] / elapsed_s,
+                         motion.rotation_rad / elapsed_s);
 }
 
 }  // namespace beckon

@@ -51,9 +51,12 @@ RssiLocalizerOptions ReadRssiLocalizerOptions(ConfigFile& file) {
   } catch (const std::invalid_argument& error) {
     site.Fail("folder", error.what());
   }
-  std::vector<double> start = {0.0, 0.0, 0.0};
-  table.Optional("map_from_odometry", start, 3);
-  options.map_from_odometry = {start[0], start[1], start[2]};
+  table.Optional("robot_tag", options.robot.robot_tag);
+  if (table.Has("map_from_odometry")) {
+    std::vector<double> start;
+    table.Optional("map_from_odometry", start, 3);
+    options.robot.map_from_odometry = Pose2{start[0], start[1], start[2]};
+  }
   return options;
 }
 

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "common/config.hpp"
-#include "common/frames.hpp"
 #include "common/site.hpp"
 #include "services/rssi_localizer/localizer.hpp"
+#include "services/rssi_localizer/robot_localizer.hpp"
 
 namespace beckon {
 
@@ -14,7 +14,7 @@ struct RssiLocalizerOptions {
   Site site;
   std::vector<CalibrationReading> calibration;  // empty: the site has no calibration.csv
   LocalizerOptions localizer;
-  Pose2 map_from_odometry;  // where the odometry frame starts in the map
+  RobotLocalizerOptions robot;
   double update_period_s = 0.5;
   int maps_per_update = 4;  // LOCATION_MAP of so many tags each time, in turn
 };

@@ -79,25 +79,47 @@ TEST(LocationMessage, CarriesTheEstimate) {
   EXPECT_EQ(message.readings, 7);
 }
 
-TEST(RobotPose, IsOdometryMovedIntoTheMap) {
+TEST(RobotPose, MovesAsOdometrySays) {
   const bot_core::pose_t odometry = MessageFromPose(7, {2.0, 0.0, 0.5}, 0.4, -0.3);
-  const Pose2 map_from_odometry{1.0, 2.0, std::numbers::pi / 2.0};
-  const bot_core::pose_t pose = RobotPoseFromOdometry(odometry, map_from_odometry);
+  const bot_core::pose_t pose = RobotPoseMessage({1.0, 4.0, 2.0}, odometry);
   EXPECT_EQ(pose.utime, 7);
   EXPECT_NEAR(pose.pos[0], 1.0, 1e-9);
   EXPECT_NEAR(pose.pos[1], 4.0, 1e-9);
-  EXPECT_NEAR(PoseFromMessage(pose).theta, 0.5 + std::numbers::pi / 2.0, 1e-9);
-  EXPECT_NEAR(std::hypot(pose.vel[0], pose.vel[1]), 0.4, 1e-9);
-  EXPECT_NEAR(pose.vel[0], 0.4 * std::cos(0.5 + std::numbers::pi / 2.0), 1e-9);
+  EXPECT_NEAR(PoseFromMessage(pose).theta, 2.0, 1e-9);
+  EXPECT_NEAR(pose.vel[0], 0.4 * std::cos(2.0), 1e-9);
+  EXPECT_NEAR(pose.vel[1], 0.4 * std::sin(2.0), 1e-9);
   EXPECT_NEAR(pose.rotation_rate[2], -0.3, 1e-9);
 }
 
-TEST(RobotPose, NonsenseIsRefused) {
+TEST(RobotPose, MovesAsTheGroundSays) {
+  planar_motion_t motion{};
+  motion.utime_from = 1'000'000;
+  motion.utime = 1'100'000;
+  motion.translation[0] = 0.05;
+  motion.rotation_rad = -0.02;
+  const bot_core::pose_t pose = RobotPoseMessage({1.0, 4.0, std::numbers::pi / 2.0}, motion);
+  EXPECT_EQ(pose.utime, 1'100'000);
+  EXPECT_NEAR(pose.vel[1], 0.5, 1e-9);
+  EXPECT_NEAR(pose.rotation_rate[2], -0.2, 1e-9);
+}
+
+TEST(Odometry, NonsenseIsRefused) {
   bot_core::pose_t odometry = MessageFromPose(7, {2.0, 0.0, 0.5}, 0.4, -0.3);
+  EXPECT_NEAR(OdometryFromMessage(odometry).theta, 0.5, 1e-9);
   odometry.pos[0] = std::nan("");
-  EXPECT_THROW(RobotPoseFromOdometry(odometry, {}), std::invalid_argument);
-  EXPECT_THROW(RobotPoseFromOdometry(bot_core::pose_t{}, {}), std::invalid_argument)
+  EXPECT_THROW(OdometryFromMessage(odometry), std::invalid_argument);
+  EXPECT_THROW(OdometryFromMessage(bot_core::pose_t{}), std::invalid_argument)
       << "a zero quaternion is no rotation";
+}
+
+TEST(GroundMotion, CountsOnlyWhereItIsKnownAndFinite) {
+  planar_motion_t message{};
+  message.translation[0] = 0.5;
+  EXPECT_EQ(MotionFromMessage(message)->x, 0.5);
+  message.translation[0] = std::nan("");
+  EXPECT_THROW(MotionFromMessage(message), std::invalid_argument);
+  message.status = planar_motion_t::INCONSISTENT;
+  EXPECT_FALSE(MotionFromMessage(message));
 }
 
 }  // namespace

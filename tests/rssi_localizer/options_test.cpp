@@ -41,14 +41,15 @@ TEST_F(Options, HaveDefaultsForAllButTheSite) {
   EXPECT_EQ(options.site.name, "s");
   EXPECT_TRUE(options.calibration.empty());
   EXPECT_TRUE(options.localizer.tracking);
-  EXPECT_EQ(options.map_from_odometry.theta, 0.0);
+  EXPECT_FALSE(options.robot.map_from_odometry);
+  EXPECT_EQ(options.robot.robot_tag, "robot");
 }
 
 TEST_F(Options, TakeTheStartOfOdometry) {
   const RssiLocalizerOptions options = Read("map_from_odometry = [1.0, 2.0, 0.5]\n");
-  EXPECT_EQ(options.map_from_odometry.x, 1.0);
-  EXPECT_EQ(options.map_from_odometry.y, 2.0);
-  EXPECT_EQ(options.map_from_odometry.theta, 0.5);
+  EXPECT_EQ(options.robot.map_from_odometry->x, 1.0);
+  EXPECT_EQ(options.robot.map_from_odometry->y, 2.0);
+  EXPECT_EQ(options.robot.map_from_odometry->theta, 0.5);
 }
 
 TEST_F(Options, ErrorsNameFileLineAndKey) {

@@ -70,6 +70,11 @@ void Base::MoveTo(const Pose2& map_from_robot, std::uint64_t step) {
   map_from_robot_ = map_from_robot;
 }
 
+void Base::Carry(const Pose2& map_from_robot) {
+  Halt();
+  map_from_robot_ = map_from_robot;
+}
+
 void Base::Halt() {
   speed_mps_ = 0.0;
   turn_radps_ = 0.0;

@@ -36,6 +36,8 @@ class Base {
   Pose2 Ahead(double step_s) const;
   // Moves there; `step` counts the steps of the world and picks the odometry's noise.
   void MoveTo(const Pose2& map_from_robot, std::uint64_t step);
+  // Somebody lifts it and puts it down there: its wheels count nothing.
+  void Carry(const Pose2& map_from_robot);
   // What a contact does.
   void Halt();
 

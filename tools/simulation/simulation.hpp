@@ -46,6 +46,12 @@ class Simulation {
     base_.Command(linear_mps, angular_radps);
   }
 
+  // Somebody lifts the robot and puts it down there.
+  void Carry(const Pose2& map_from_robot) {
+    base_.Carry(map_from_robot);
+    UpdateTruth();
+  }
+
   // One step on. Returns the packets that the robot's radio received in it.
   std::vector<RadioPacket> Step();
 

@@ -5,33 +5,7 @@
 
 #include "common/log.hpp"
 #include "tools/evaluation/navigation/report.hpp"
-
-namespace {
-
-struct Seeds {
-  std::uint64_t first = 1;
-  std::uint64_t last = 1;
-};
-
-// "A-B" or "A".
-Seeds ParseSeeds(const std::string& text) {
-  try {
-    std::size_t used = 0;
-    Seeds seeds;
-    seeds.first = seeds.last = std::stoull(text, &used);
-    if (used < text.size() && text[used] == '-') {
-      const std::string rest = text.substr(used + 1);
-      seeds.last = std::stoull(rest, &used);
-      if (used == rest.size() && seeds.last >= seeds.first) return seeds;
-    } else if (used == text.size()) {
-      return seeds;
-    }
-  } catch (const std::logic_error&) {  // not a number, or too large a one
-  }
-  throw CLI::ValidationError("--seeds", "has to be A-B, for example 1-20");
-}
-
-}  // namespace
+#include "tools/evaluation/seeds.hpp"
 
 int main(int argc, char** argv) {
   CLI::App app("Missions in random furnished flats: one a seed.", "evaluate_navigation");
@@ -49,10 +23,10 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", seeds_text, "A-B");
   app.add_option("--pictures", pictures, "folder for a picture of each mission that failed");
   app.add_flag("--json", as_json, "print JSON");
-  Seeds seeds;
+  beckon::Seeds seeds;
   try {
     app.parse(argc, argv);
-    seeds = ParseSeeds(seeds_text);
+    seeds = beckon::ParseSeeds(seeds_text);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }

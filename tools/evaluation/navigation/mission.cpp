@@ -4,14 +4,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <deque>
-#include <filesystem>
-#include <stdexcept>
 
 #include "services/range_caster/grid_mapper.hpp"
 #include "services/rssi_localizer/localizer.hpp"
 #include "tools/evaluation/navigation/perception.hpp"
+#include "tools/evaluation/surveyed_site.hpp"
 #include "tools/simulation/folders.hpp"
 #include "tools/simulation/route.hpp"
 #include "tools/simulation/simulation.hpp"
@@ -34,34 +32,6 @@ constexpr std::uint64_t kStepsPerGrid = 10;
 bool IsDue(double time_s, double period_s) {
   return std::floor((time_s + 1e-9) / period_s) >
          std::floor((time_s - simulation::kStepS + 1e-9) / period_s);
-}
-
-// A folder for the time of one statement or two.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string pattern = std::filesystem::temp_directory_path() / "beckon_mission_XXXXXX";
-    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path_ = pattern;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
-// The place as the services know it: through its site folder.
-SiteModel SurveyedSite(const simulation::World& world, const LocalizerOptions& options) {
-  const ScratchFolder folder;
-  simulation::WriteSite(folder.path(), world, {});
-  const Site site = Site::Load(folder.path());
-  return SiteModel::Fit(site, LoadCalibration(folder.path() / "calibration.csv", site), options);
 }
 
 class Runner {

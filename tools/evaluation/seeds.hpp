@@ -1,0 +1,34 @@
+// The option --seeds of the evaluations.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+namespace beckon {
+
+struct Seeds {
+  std::uint64_t first = 1;
+  std::uint64_t last = 1;
+};
+
+// "A-B" or "A". Throws CLI::ValidationError.
+inline Seeds ParseSeeds(const std::string& text) {
+  try {
+    std::size_t used = 0;
+    Seeds seeds;
+    seeds.first = seeds.last = std::stoull(text, &used);
+    if (used < text.size() && text[used] == '-') {
+      const std::string rest = text.substr(used + 1);
+      seeds.last = std::stoull(rest, &used);
+      if (used == rest.size() && seeds.last >= seeds.first) return seeds;
+    } else if (used == text.size()) {
+      return seeds;
+    }
+  } catch (const std::logic_error&) {  // not a number, or too large a one
+  }
+  throw CLI::ValidationError("--seeds", "has to be A-B, for example 1-20");
+}
+
+}  // namespace beckon
