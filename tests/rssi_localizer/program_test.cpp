@@ -138,9 +138,10 @@ TEST_F(Program, AnswersOdometryWithTheRobotPose) {
   bus_.Publish(channels::kOdometry, MessageFromPose(42, {0.5, 0.25, 1.0}, 0.3, 0.1));
   ASSERT_TRUE(DispatchUntil(bus_, [&] { return poses_.size() > 0; }));
   EXPECT_EQ(poses_.messages()[0].utime, 42);
-  EXPECT_NEAR(poses_.messages()[0].pos[0], 1.5, 1e-9);
-  EXPECT_NEAR(poses_.messages()[0].pos[1], 2.25, 1e-9);
-  EXPECT_NEAR(PoseFromMessage(poses_.messages()[0]).theta, 1.0, 1e-9);
+  // The start is known to a decimetre and a few degrees; the mean of the particles is nearer.
+  EXPECT_NEAR(poses_.messages()[0].pos[0], 1.5, 0.03);
+  EXPECT_NEAR(poses_.messages()[0].pos[1], 2.25, 0.03);
+  EXPECT_NEAR(PoseFromMessage(poses_.messages()[0]).theta, 1.0, 0.015);
 }
 
 TEST_F(Program, RefusesABadConfiguration) {
