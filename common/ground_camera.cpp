@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <opencv2/calib3d.hpp>
 #include <vector>
@@ -63,6 +64,24 @@ GroundCamera GroundCamera::FromConfig(ConfigTable& root) {
 GroundCamera GroundCamera::Load(const std::filesystem::path& file) {
   ConfigFile config(file);
   return FromConfig(config.root());
+}
+
+std::string GroundCamera::Toml() const {
+  char text[1024];
+  const auto& k = distortion;
+  const auto& h = ground_from_image;
+  std::snprintf(text, sizeof(text),
+                "width = %d\nheight = %d\n\n"
+                "[camera]\nfx = %.6f\nfy = %.6f\ncx = %.3f\ncy = %.3f\nheight_m = %.4f\n"
+                "tilt_down_deg = %.4f\ndistortion = [%.8f, %.8f, %.8f, %.8f, %.8f]\n\n"
+                "[ground]\n# image (u, v, 1) in pixels, free of distortion -> robot ground plane "
+                "(x forward, y left, 1) in metres\n"
+                "image_to_ground = [%.12e, %.12e, %.12e, %.12e, %.12e, %.12e, %.12e, %.12e, "
+                "%.12e]\n",
+                width, height, fx, fy, cx, cy, height_m, DegreesFromRadians(tilt_down_rad), k[0],
+                k[1], k[2], k[3], k[4], h(0, 0), h(0, 1), h(0, 2), h(1, 0), h(1, 1), h(1, 2),
+                h(2, 0), h(2, 1), h(2, 2));
+  return text;
 }
 
 GroundCamera GroundCamera::Pinhole(int width, int height, double focal_px, double height_m,

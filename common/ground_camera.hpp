@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "common/config.hpp"
 
@@ -28,6 +29,8 @@ struct GroundCamera {
   static GroundCamera FromConfig(ConfigTable& root);
   // The file may hold other keys besides.
   static GroundCamera Load(const std::filesystem::path& file);
+  // The keys that FromConfig() reads, as a file to be written.
+  std::string Toml() const;
   // An ideal pinhole camera at (0, 0, height_m), without roll or pan.
   static GroundCamera Pinhole(int width, int height, double focal_px, double height_m,
                               double tilt_down_rad);

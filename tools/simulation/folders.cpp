@@ -29,6 +29,7 @@ class Output {
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
+  void Write(const std::string& text) { stream_ << text; }
   __attribute__((format(printf, 2, 3))) void Print(const char* format, ...) {
     char line[512];
     std::va_list arguments;
@@ -164,22 +165,8 @@ void WriteSite(const std::filesystem::path& folder, const World& world,
 void WriteCamera(const std::filesystem::path& file, const std::string& name, double rate_hz,
                  const GroundCamera& camera) {
   Output out(file);
-  out.Print("# Simulated camera.\nname = \"%s\"\nrate_hz = %.3f\nwidth = %d\nheight = %d\n\n",
-            name.c_str(), rate_hz, camera.width, camera.height);
-  out.Print(
-      "[camera]\nfx = %.6f\nfy = %.6f\ncx = %.3f\ncy = %.3f\nheight_m = %.4f\ntilt_down_deg = "
-      "%.4f\n",
-      camera.fx, camera.fy, camera.cx, camera.cy, camera.height_m,
-      DegreesFromRadians(camera.tilt_down_rad));
-  const auto& k = camera.distortion;
-  out.Print("distortion = [%.8f, %.8f, %.8f, %.8f, %.8f]\n\n[ground]\n", k[0], k[1], k[2], k[3],
-            k[4]);
-  out.Print(
-      "# image (u, v, 1) in pixels -> robot ground plane (x forward, y left, 1) in "
-      "metres\nimage_to_ground = [");
-  for (int i = 0; i < 9; ++i)
-    out.Print("%s%.12e", i == 0 ? "" : ", ", camera.ground_from_image(i / 3, i % 3));
-  out.Print("]\n");
+  out.Print("# Simulated camera.\nname = \"%s\"\nrate_hz = %.3f\n", name.c_str(), rate_hz);
+  out.Write(camera.Toml());
 }
 
 void WriteSequence(const std::filesystem::path& folder, const World& world,
