@@ -14,7 +14,6 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "common/jpeg.hpp"
 #include "common/log.hpp"
 
 namespace beckon {
@@ -251,7 +250,7 @@ class DeviceSource : public FrameSource {
     cv::Mat image;
     cv::cvtColor(cv::Mat(height_, width_, CV_8UC2, yuyv.data(), stride), image,
                  cv::COLOR_YUV2BGR_YUYV);
-    return {utime, width_, height_, EncodeJpeg(image, jpeg_quality_)};
+    return FrameFromImage(utime, image, jpeg_quality_, "a frame from " + Name());
   }
 
   const DeviceOptions options_;

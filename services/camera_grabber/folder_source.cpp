@@ -6,7 +6,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "common/config.hpp"
-#include "common/jpeg.hpp"
 #include "services/camera_grabber/pacer.hpp"
 
 namespace beckon {
@@ -54,19 +53,25 @@ class FolderSource : public FrameSource {
     if (ended() || !pacer_.Wait(timeout)) return std::nullopt;
     const std::filesystem::path file = files_[next_++];
     if (loop_ && next_ == files_.size()) next_ = 0;
-    return FrameFromJpeg(clock_.Now().utime, Read(file), file.string());
+    if (file.extension() == ".png") return ReadPng(file);
+    return FrameFromJpeg(clock_.Now().utime, ReadBytes(file), file.string());
   }
 
   bool ended() const override { return next_ >= files_.size(); }
   bool is_live() const override { return false; }
 
  private:
-  std::vector<std::uint8_t> Read(const std::filesystem::path& file) const {
-    if (file.extension() == ".png") {
-      const cv::Mat image = cv::imread(file.string(), cv::IMREAD_COLOR);
-      if (image.empty()) throw FrameError(file.string() + " is not a picture that can be read");
-      return EncodeJpeg(image, jpeg_quality_);
+  Frame ReadPng(const std::filesystem::path& file) const {
+    cv::Mat image;
+    try {
+      image = cv::imread(file.string(), cv::IMREAD_COLOR);
+    } catch (const cv::Exception&) {  // larger than OpenCV reads
     }
+    if (image.empty()) throw FrameError(file.string() + " is not a picture that can be read");
+    return FrameFromImage(clock_.Now().utime, image, jpeg_quality_, file.string());
+  }
+
+  static std::vector<std::uint8_t> ReadBytes(const std::filesystem::path& file) {
     std::error_code error;
     if (std::filesystem::file_size(file, error) > kMaxFileBytes || error) {
       throw FrameError(file.string() + " cannot be read, or is larger than a frame can be");

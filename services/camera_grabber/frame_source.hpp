@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -50,5 +51,7 @@ class FrameSource {
 
 // Checks a JPEG file and makes a frame of it. Throws FrameError: "NAME is ...".
 Frame FrameFromJpeg(Utime utime, std::vector<std::uint8_t> jpeg, const std::string& name);
+// Compresses a picture (CV_8UC3). Throws FrameError: "NAME cannot be ...".
+Frame FrameFromImage(Utime utime, const cv::Mat& image, int jpeg_quality, const std::string& name);
 
 }  // namespace beckon

@@ -22,6 +22,14 @@ Frame FrameFromJpeg(Utime utime, std::vector<std::uint8_t> jpeg, const std::stri
   }
 }
 
+Frame FrameFromImage(Utime utime, const cv::Mat& image, int jpeg_quality, const std::string& name) {
+  try {
+    return {utime, image.cols, image.rows, EncodeJpeg(image, jpeg_quality)};
+  } catch (const std::exception& error) {  // larger than a JPEG can be, or than memory
+    throw FrameError(name + " cannot be made a JPEG: " + error.what());
+  }
+}
+
 Grabber::Grabber(Open open, double stall_s, const Clock& clock)
     : open_(std::move(open)),
       stall_(UtimeFromSeconds(stall_s)),
@@ -40,6 +48,7 @@ std::optional<Frame> Grabber::Next(std::chrono::milliseconds timeout) {
       source_ = open_();
       now = clock_.Now();
       last_frame_ = now.steady;
+      patience_ = kFirstFramePatience * stall_;
     }
     std::optional<Frame> frame = source_->Next(timeout);
     now = clock_.Now();
@@ -48,6 +57,7 @@ std::optional<Frame> Grabber::Next(std::chrono::milliseconds timeout) {
       ++counts_.received;
       is_refusing_ = false;
       last_frame_ = now.steady;
+      patience_ = stall_;
       state_ = State::kStreaming;
       reason_.clear();
       pause_ = kFirstPause;
@@ -55,7 +65,7 @@ std::optional<Frame> Grabber::Next(std::chrono::milliseconds timeout) {
       state_ = State::kEnded;
       reason_ = "played to the end";
       std::this_thread::sleep_for(timeout);
-    } else if (source_->is_live() && now.steady - last_frame_ > stall_) {
+    } else if (source_->is_live() && now.steady - last_frame_ > patience_) {
       Lose("no frame for " + std::to_string((now.steady - last_frame_).count() / 1000) + " ms",
            now);
     }
@@ -65,8 +75,8 @@ std::optional<Frame> Grabber::Next(std::chrono::milliseconds timeout) {
     if (!std::exchange(is_refusing_, true)) LogWarning(error.what());  // the first of a row
     // A source that gives nothing but damage is no better than one that is silent.
     now = clock_.Now();
-    if (source_->is_live() && now.steady - last_frame_ > stall_) Lose(error.what(), now);
-  } catch (const SourceError& error) {
+    if (source_->is_live() && now.steady - last_frame_ > patience_) Lose(error.what(), now);
+  } catch (const std::exception& error) {  // SourceError, or what a library makes of its input
     Lose(error.what(), clock_.Now());
   }
   return std::nullopt;

@@ -38,6 +38,8 @@ class Grabber {
 
   static constexpr std::chrono::milliseconds kFirstPause{250};
   static constexpr std::chrono::milliseconds kLongestPause{2000};
+  // Cameras take a while from being opened to their first frame: times stall_s.
+  static constexpr int kFirstFramePatience = 4;
 
  private:
   void Lose(const std::string& reason, Instant now);
@@ -51,6 +53,7 @@ class Grabber {
   std::chrono::milliseconds pause_ = kFirstPause;
   std::chrono::microseconds open_at_{};
   std::chrono::microseconds last_frame_{};  // or when the source was opened
+  std::chrono::microseconds patience_{};    // with silence since then
   Counts counts_;
   bool is_refusing_ = false;
 };

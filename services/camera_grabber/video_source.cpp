@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <opencv2/videoio.hpp>
 
-#include "common/jpeg.hpp"
 #include "services/camera_grabber/pacer.hpp"
 
 namespace beckon {
@@ -13,10 +12,6 @@ namespace {
 constexpr int kOpenTimeoutMs = 2000;
 constexpr int kReadTimeoutMs = 1000;
 constexpr double kUsualRateHz = 25.0;
-
-Frame FrameFromImage(Utime utime, const cv::Mat& image, int jpeg_quality) {
-  return {utime, image.cols, image.rows, EncodeJpeg(image, jpeg_quality)};
-}
 
 class VideoFile : public FrameSource {
  public:
@@ -41,7 +36,8 @@ class VideoFile : public FrameSource {
       return std::nullopt;
     }
     ++frames_;
-    return FrameFromImage(clock_.Now().utime, image, jpeg_quality_);
+    return FrameFromImage(clock_.Now().utime, image, jpeg_quality_,
+                          "a frame of " + options_.path.string());
   }
 
   bool ended() const override { return ended_; }
@@ -87,7 +83,7 @@ class RtspStream : public FrameSource {
     cv::Mat image;
     if (!capture_.read(image) || image.empty())
       throw SourceError("the stream from " + url_ + " broke off or stalled");
-    return FrameFromImage(clock_.Now().utime, image, jpeg_quality_);
+    return FrameFromImage(clock_.Now().utime, image, jpeg_quality_, "a frame from " + url_);
   }
 
  private:

@@ -118,6 +118,29 @@ TEST(FolderSource, RefusesDamageByNameAndGoesOn) {
   EXPECT_TRUE(source->ended());
 }
 
+TEST(FolderSource, OddFramesArePassedOnAndImpossibleOnesRefused) {
+  const TempDir folder;
+  const auto write = [&](const char* name, int width, int height) {
+    cv::imwrite((folder.path() / name).string(), cv::Mat(height, width, CV_8UC3, cv::Scalar()));
+  };
+  folder.Write("a.jpg", TestJpegText(64, 48, 0));  // black
+  write("b.png", 3840, 2160);
+  write("c.png", 70'000, 1);     // more than a JPEG can hold
+  write("d.png", 1'100'000, 1);  // more than OpenCV reads
+  folder.Write("e.jpg", TestJpegText(320, 240));
+  ManualClock clock;
+  Grabber grabber(
+      [&] { return OpenFolderSource({.path = folder.path(), .rate_hz = 1000.0}, 85, clock); }, 1.0,
+      clock);
+  std::vector<int> widths;
+  for (int i = 0; i < 5; ++i) {
+    if (const auto frame = grabber.Next(kNow)) widths.push_back(frame->width);
+    clock.Advance(seconds(1));
+  }
+  EXPECT_THAT(widths, ElementsAre(64, 3840, 320));
+  EXPECT_EQ(grabber.TakeCounts().refused, 1);
+}
+
 TEST(FolderSource, AFolderWithoutPicturesIsNoSource) {
   const TempDir folder;
   ManualClock clock;
@@ -231,6 +254,29 @@ TEST_F(GrabberTest, NoticesSilenceWithinASecondAndOpensAnew) {
   EXPECT_GT(Run(milliseconds(500)), 0);
   EXPECT_EQ(script_.opened, 2);
   EXPECT_EQ(grabber_.reason(), "");
+}
+
+TEST_F(GrabberTest, GivesACameraTimeForItsFirstFrame) {
+  script_.next = [] { return std::nullopt; };
+  Run(milliseconds(3900));
+  EXPECT_EQ(script_.opened, 1);
+  script_.next = [] { return Frame{}; };
+  EXPECT_GT(Run(milliseconds(100)), 0);
+  script_.next = [] { return std::nullopt; };
+  Run(milliseconds(1200));
+  EXPECT_EQ(grabber_.state(), Grabber::State::kLost);
+  Run(milliseconds(300));
+  EXPECT_EQ(script_.opened, 2);
+  Run(milliseconds(4300));
+  EXPECT_EQ(script_.opened, 2);
+  EXPECT_THAT(grabber_.reason(), HasSubstr("no frame for 4"));
+}
+
+TEST_F(GrabberTest, OutlivesWhatALibraryThrows) {
+  script_.next = []() -> std::optional<Frame> { throw std::bad_alloc(); };
+  Run(milliseconds(500));
+  EXPECT_EQ(grabber_.state(), Grabber::State::kLost);
+  EXPECT_GT(script_.opened, 1);
 }
 
 TEST_F(GrabberTest, TriesLessAndLessOftenButNeverGivesUp) {

@@ -27,6 +27,18 @@ bool StreamServer::Client::Send(const std::string& bytes) {
   return !ending_;
 }
 
+std::string StreamServer::Client::NextRequest() {
+  std::string request;
+  char byte = 0;
+  while (!request.ends_with("\r\n\r\n")) {
+    if (ending_) return "";
+    if (!IsReadable(socket_, 20)) continue;
+    if (recv(socket_, &byte, 1, 0) <= 0) return "";
+    request += byte;
+  }
+  return request;
+}
+
 void StreamServer::Client::Wait() {
   char byte = 0;
   while (!ending_) {
@@ -63,14 +75,6 @@ void StreamServer::Serve() {
     if (!IsReadable(listener_, 20)) continue;
     const int socket = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     if (socket < 0) continue;
-    std::string request;
-    char buffer[1024];
-    while (request.find("\r\n\r\n") == std::string::npos && !ending_) {
-      if (!IsReadable(socket, 20)) continue;
-      const ssize_t size = recv(socket, buffer, sizeof(buffer), 0);
-      if (size <= 0) break;
-      request.append(buffer, static_cast<std::size_t>(size));
-    }
     Client client(socket, ending_);
     script_(client, connections_++);
     close(socket);

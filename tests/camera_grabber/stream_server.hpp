@@ -14,7 +14,10 @@ class StreamServer {
   class Client {
    public:
     explicit Client(int socket, const std::atomic<bool>& ending)
-        : socket_(socket), ending_(ending) {}
+        : socket_(socket), ending_(ending), first_request_(NextRequest()) {}
+    const std::string& first_request() const { return first_request_; }
+    // The next one, up to its blank line; empty when the client has gone or the server is to end.
+    std::string NextRequest();
     // False when the client has gone or the server is to end.
     bool Send(const std::string& bytes);
     // Says nothing until the client goes or the server is to end.
@@ -24,6 +27,7 @@ class StreamServer {
    private:
     int socket_;
     const std::atomic<bool>& ending_;
+    std::string first_request_;
   };
   using Script = std::function<void(Client& client, int connection)>;  // connections count from 0
 
