@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/csv.hpp"
+#include "common/jpeg.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/support.hpp"
 #include "tools/evaluation/ground/evaluate.hpp"
@@ -121,6 +122,38 @@ TEST(EvaluateGround, NamesTheFileThatIsWrong) {
   const auto no_sequence = testing::RunToEnd("evaluate_ground", {folder.path().string()});
   EXPECT_EQ(no_sequence.exit_code, 2);
   EXPECT_NE(no_sequence.output.find("sequence.toml"), std::string::npos) << no_sequence.output;
+}
+
+TEST(EvaluateGround, NamesTheFrameThatIsWrong) {
+  const testing::TempDir folder;
+  std::filesystem::create_directory(folder.path() / "frames");
+  folder.Write("sequence.toml", "name = \"test\"\nrate_hz = 10.0\n" +
+                                    GroundCamera::Pinhole(160, 120, 130.0, 0.5, 0.4).Toml());
+  const auto write = [&](const char* name, int width, int height, std::size_t bytes) {
+    auto jpeg = EncodeJpeg(cv::Mat(height, width, CV_8UC3, cv::Scalar()), 90);
+    jpeg.resize(std::min(bytes, jpeg.size()));
+    folder.Write(name, {jpeg.begin(), jpeg.end()});
+  };
+  const auto run = [&] {
+    return testing::RunToEnd("evaluate_ground", {folder.path().string(), "--json"});
+  };
+  for (int i = 0; i < 5; ++i) {
+    write(("frames/00000" + std::to_string(i) + ".jpg").c_str(), 160, 120, 100'000);
+  }
+  // Black frames are no error: nothing is known in them.
+  const auto black = run();
+  ASSERT_EQ(black.exit_code, 0) << black.output;
+  EXPECT_EQ(nlohmann::json::parse(black.output).at("frames"), 2);
+
+  write("frames/000003.jpg", 160, 120, 400);
+  const auto cut = run();
+  EXPECT_EQ(cut.exit_code, 2);
+  EXPECT_NE(cut.output.find("000003.jpg"), std::string::npos) << cut.output;
+  write("frames/000003.jpg", 3840, 2160, 10'000'000);
+  const auto large = run();
+  EXPECT_EQ(large.exit_code, 2);
+  EXPECT_NE(large.output.find("000003.jpg: frame refused: 3840 x 2160"), std::string::npos)
+      << large.output;
 }
 
 TEST(EvaluateGround, FindsTheGroundOfARecordedSequence) {
