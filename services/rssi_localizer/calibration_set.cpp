@@ -95,11 +95,12 @@ CalibrationSet CalibrationSet::Build(const Site& site,
   return set;
 }
 
-CalibrationSet CalibrationSet::Keeping(std::span<const char> keep) const {
+CalibrationSet CalibrationSet::Keeping(
+    const std::function<bool(const CalibrationSample&)>& keep) const {
   CalibrationSet kept;
   kept.epochs = epochs;
   for (const CalibrationSample& sample : samples) {
-    if (keep[static_cast<std::size_t>(sample.epoch)] != 0) kept.samples.push_back(sample);
+    if (keep(sample)) kept.samples.push_back(sample);
   }
   WeighByPlace(kept.samples);
   return kept;

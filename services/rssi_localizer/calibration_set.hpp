@@ -3,7 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -47,8 +47,8 @@ struct CalibrationSet {
   // Implausible RSSI values are left out.
   static CalibrationSet Build(const Site& site, const std::vector<CalibrationReading>& readings);
 
-  // The samples of the epochs for which keep[epoch] is not zero; epochs stay as they are.
-  CalibrationSet Keeping(std::span<const char> keep) const;
+  // The samples for which `keep` is true; epochs stay as they are.
+  CalibrationSet Keeping(const std::function<bool(const CalibrationSample&)>& keep) const;
 };
 
 }  // namespace beckon

@@ -4,8 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <map>
+#include <numeric>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -18,16 +19,22 @@ constexpr std::size_t kMaxJudgedEpochs = 250;
 constexpr int kMaxCells = 1500;      // judging needs no fine grid
 constexpr double kLeastGain = 0.01;  // of the log score per epoch
 constexpr int kAll = Trust{}.strongest;
-constexpr std::array<double, 10> kTempers = {0.1, 0.15, 0.25, 0.35, 0.5, 0.65, 0.8, 1.0, 1.25, 1.5};
+// Weights of the log-likelihoods, each this much above the last.
+constexpr double kTemperStep = 1.26;
+constexpr std::array<double, 14> kTempers = {0.1,   0.126, 0.159, 0.2,   0.252, 0.318, 0.4,
+                                             0.504, 0.635, 0.8,   1.008, 1.27,  1.6,   2.016};
 
-// Fold of each epoch; empty where there are too few places.
-std::vector<int> Folds(const CalibrationSet& calibration) {
-  std::map<std::pair<long, long>, int> fold_of;
-  const auto square = [](const Eigen::Vector2d& position) {
-    return std::pair(std::lround(std::floor(position.x() / kSquareM)),
-                     std::lround(std::floor(position.y() / kSquareM)));
-  };
-  for (const CalibrationEpoch& epoch : calibration.epochs) fold_of[square(epoch.position)] = 0;
+using Square = std::pair<long, long>;
+
+Square SquareOf(const Eigen::Vector2d& position) {
+  return {std::lround(std::floor(position.x() / kSquareM)),
+          std::lround(std::floor(position.y() / kSquareM))};
+}
+
+// Fold of each square in which there are epochs; empty where there are too few squares.
+std::map<Square, int> Folds(const CalibrationSet& calibration) {
+  std::map<Square, int> fold_of;
+  for (const CalibrationEpoch& epoch : calibration.epochs) fold_of[SquareOf(epoch.position)] = 0;
   if (fold_of.size() < 3) return {};
   int number = 0;
   for (auto& [at, fold] : fold_of) {
@@ -37,29 +44,59 @@ std::vector<int> Folds(const CalibrationSet& calibration) {
     fold = fold_of.size() <= 2 * kFolds ? number % kFolds : static_cast<int>(lattice);
     ++number;
   }
-  std::vector<int> folds;
-  for (const CalibrationEpoch& epoch : calibration.epochs) {
-    folds.push_back(fold_of[square(epoch.position)]);
-  }
-  return folds;
+  return fold_of;
 }
 
 struct Judgement {
-  double log_score = -std::numeric_limits<double>::infinity();
-  double error_m = 0.0;
   Trust trust;
-  int epochs = 0;
+  double error_m = 0.0;           // mean over the judged epochs
+  std::vector<double> log_score;  // per square: mean over its judged epochs
+
+  double LogScore() const {
+    return std::accumulate(log_score.begin(), log_score.end(), 0.0) /
+           static_cast<double>(log_score.size());
+  }
 };
+
+struct Gain {
+  double mean = 0.0;
+  double standard_error = 0.0;
+};
+
+// Of the log score of `candidate` over that of `reference`. Epochs in one square have their errors
+// in common, so that squares and not epochs count.
+Gain GainOver(const Judgement& reference, const Judgement& candidate) {
+  const auto n = static_cast<double>(reference.log_score.size());
+  double sum = 0.0;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < reference.log_score.size(); ++i) {
+    const double gain = candidate.log_score[i] - reference.log_score[i];
+    sum += gain;
+    squares += gain * gain;
+  }
+  const double mean = sum / n;
+  return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1.0))};
+}
 
 class Judge {
  public:
   Judge(const Site& site, const CalibrationSet& calibration, const PathLoss& prior,
-        std::vector<int> folds)
+        std::map<Square, int> folds)
       : site_(site),
         calibration_(calibration),
         prior_(prior),
         folds_(std::move(folds)),
-        grid_(site.plan, {.resolution_m = 0.25, .max_cells = kMaxCells}, Walked(calibration)) {}
+        grid_(site.plan, {.resolution_m = 0.25, .max_cells = kMaxCells}, Walked(calibration)) {
+    const std::size_t stride =
+        std::max<std::size_t>(1, calibration_.epochs.size() / kMaxJudgedEpochs);
+    std::map<Square, int> number;
+    for (std::size_t i = 0; i < calibration.epochs.size(); i += stride) {
+      const Square square = SquareOf(calibration.epochs[i].position);
+      const int known = number.try_emplace(square, static_cast<int>(number.size())).first->second;
+      judged_.push_back({i, folds_.at(square), known});
+    }
+    squares_ = number.size();
+  }
 
   // The best of kTempers x `strongest` for a model of these parts.
   Judgement Of(const ModelParts& parts, const std::vector<int>& strongest) {
@@ -71,41 +108,103 @@ class Judge {
     std::vector<Judgement> judgements;
     for (const int most : strongest) {
       for (const double temper : kTempers) {
-        judgements.push_back({0.0, 0.0, {temper, most}, 0});
+        judgements.push_back({{temper, most}, 0.0, std::vector<double>(squares_, 0.0)});
       }
     }
-    const std::size_t stride =
-        std::max<std::size_t>(1, calibration_.epochs.size() / kMaxJudgedEpochs);
     for (int fold = 0; fold < kFolds; ++fold) {
-      std::vector<char> keep(folds_.size());
-      for (std::size_t i = 0; i < folds_.size(); ++i) keep[i] = folds_[i] != fold ? 1 : 0;
       const FittedModel fitted =
-          BuildFittedModel(grid_, site_, calibration_.Keeping(keep), parts, prior_, kernel_);
-      for (std::size_t i = 0; i < folds_.size(); i += stride) {
-        if (folds_[i] == fold) AddEpoch(fitted.model, calibration_.epochs[i], judgements);
+          BuildFittedModel(grid_, site_, WithoutFold(fold), parts, prior_, kernel_);
+      for (const Judged& judged : judged_) {
+        if (judged.fold == fold) AddEpoch(fitted.model, judged, judgements);
       }
     }
-    Judgement best;
+    std::vector<double> epochs(squares_, 0.0);
+    for (const Judged& judged : judged_) ++epochs[static_cast<std::size_t>(judged.square)];
     for (Judgement& judgement : judgements) {
-      judgement.log_score /= std::max(1, judgement.epochs);
-      judgement.error_m /= std::max(1, judgement.epochs);
-      if (judgement.log_score > best.log_score) best = judgement;
+      for (std::size_t i = 0; i < squares_; ++i) judgement.log_score[i] /= epochs[i];
+      judgement.error_m /= static_cast<double>(judged_.size());
     }
-    return best;
+    return Best(judgements);
   }
 
   const std::optional<ResidualKernel>& kernel() const { return kernel_; }
+  int epochs() const { return static_cast<int>(judged_.size()); }
 
  private:
+  struct Judged {
+    std::size_t epoch;
+    int fold;
+    int square;  // running number
+  };
+
   static std::vector<Eigen::Vector2d> Walked(const CalibrationSet& calibration) {
     std::vector<Eigen::Vector2d> walked;
     for (const CalibrationEpoch& epoch : calibration.epochs) walked.push_back(epoch.position);
     return walked;
   }
 
-  void AddEpoch(const MeasurementModel& model, const CalibrationEpoch& epoch,
+  // With few squares the log score would take chance for knowledge. So the temper has a prior that
+  // counts as much as kPriorSquares squares, each with the score that a Gaussian posterior in the
+  // plane has on average where the right temper would be kExpectedTemper: log t - t / t_expected.
+  double PenalisedScore(const Judgement& judgement) const {
+    constexpr double kPriorSquares = 4.0;
+    constexpr double kExpectedTemper = 0.25;
+    const double temper = judgement.trust.temper;
+    return judgement.LogScore() + kPriorSquares / static_cast<double>(squares_) *
+                                      (std::log(temper) - temper / kExpectedTemper);
+  }
+
+  // The best, its temper refined by the parabola through it and its neighbours.
+  Judgement Best(const std::vector<Judgement>& judgements) const {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < judgements.size(); ++i) {
+      if (PenalisedScore(judgements[i]) > PenalisedScore(judgements[best])) best = i;
+    }
+    Judgement result = judgements[best];
+    const std::size_t at = best % kTempers.size();
+    if (at == 0 || at + 1 == kTempers.size()) return result;
+    const double below = PenalisedScore(judgements[best - 1]);
+    const double here = PenalisedScore(judgements[best]);
+    const double above = PenalisedScore(judgements[best + 1]);
+    const double curvature = below - 2.0 * here + above;
+    if (curvature < 0.0) {
+      result.trust.temper *= std::pow(kTemperStep, 0.5 * (below - above) / curvature);
+    }
+    return result;
+  }
+
+  CalibrationSet WithoutFold(int fold) const {
+    const auto is_held_back = [&](const Square& square) {
+      const auto known = folds_.find(square);
+      return known != folds_.end() && known->second == fold;
+    };
+    std::set<Square> beacon_squares;
+    for (const Beacon& beacon : site_.beacons) {
+      beacon_squares.insert(SquareOf(beacon.position.head<2>()));
+    }
+    return calibration_.Keeping([&](const CalibrationSample& sample) {
+      const auto epoch = static_cast<std::size_t>(sample.epoch);
+      const Square tag = SquareOf(calibration_.epochs[epoch].position);
+      if (is_held_back(tag)) return false;
+      // From one beacon's place to another: the same link, heard from its other end.
+      const auto beacon = static_cast<std::size_t>(sample.beacon);
+      return !(beacon_squares.contains(tag) &&
+               is_held_back(SquareOf(site_.beacons[beacon].position.head<2>())));
+    });
+  }
+
+  double LogScoreAt(const CellValues& probability, const Eigen::Vector2d& position) const {
+    // One moment in twenty may be hopeless (a crowd passes); it must not decide for all others.
+    constexpr double kHopeless = 0.05;
+    const auto truth = static_cast<std::size_t>(grid_.NearestCell(position));
+    const double density = static_cast<double>(probability[truth]) / grid_.cell_area_m2();
+    const double even = 1.0 / (grid_.size() * grid_.cell_area_m2());
+    return std::log((1.0 - kHopeless) * density + kHopeless * even);
+  }
+
+  void AddEpoch(const MeasurementModel& model, const Judged& judged,
                 std::vector<Judgement>& judgements) const {
-    const auto truth = static_cast<std::size_t>(grid_.NearestCell(epoch.position));
+    const CalibrationEpoch& epoch = calibration_.epochs[judged.epoch];
     int strongest = -1;
     CellValues untempered;
     for (Judgement& judgement : judgements) {
@@ -120,21 +219,19 @@ class Judge {
       for (std::size_t cell = 0; cell < probability.size(); ++cell) {
         mean += static_cast<double>(probability[cell]) * grid_.centres()[cell];
       }
-      // One moment in twenty may be hopeless (a crowd passes); it must not decide for all others.
-      constexpr double kHopeless = 0.05;
-      const double density = static_cast<double>(probability[truth]) / grid_.cell_area_m2();
-      const double even = 1.0 / (grid_.size() * grid_.cell_area_m2());
-      judgement.log_score += std::log((1.0 - kHopeless) * density + kHopeless * even);
+      judgement.log_score[static_cast<std::size_t>(judged.square)] +=
+          LogScoreAt(probability, epoch.position);
       judgement.error_m += (mean - epoch.position).norm();
-      ++judgement.epochs;
     }
   }
 
   const Site& site_;
   const CalibrationSet& calibration_;
   const PathLoss& prior_;
-  std::vector<int> folds_;
+  std::map<Square, int> folds_;
   FloorGrid grid_;
+  std::vector<Judged> judged_;
+  std::size_t squares_ = 0;
   std::optional<ResidualKernel> kernel_;
 };
 
@@ -158,7 +255,7 @@ std::string ModelChoice::Describe() const {
 ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration,
                         const PathLoss& prior) {
   ModelChoice choice;
-  std::vector<int> folds = Folds(calibration);
+  std::map<Square, int> folds = Folds(calibration);
   if (folds.empty()) return choice;
   Judge judge(site, calibration, prior, std::move(folds));
 
@@ -167,7 +264,8 @@ ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration,
   Judgement best = judge.Of(parts, {kAll});
   const auto keep_if_better = [&](const ModelParts& candidate, const std::vector<int>& strongest) {
     const Judgement judgement = judge.Of(candidate, strongest);
-    if (judgement.log_score < best.log_score + kLeastGain) return;
+    const Gain gain = GainOver(best, judgement);
+    if (gain.mean < std::max(kLeastGain, gain.standard_error)) return;
     best = judgement;
     parts = candidate;
   };
@@ -189,9 +287,9 @@ ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration,
   choice.parts = parts;
   choice.trust = best.trust;
   choice.kernel = judge.kernel();
-  choice.held_back_epochs = best.epochs;
+  choice.held_back_epochs = judge.epochs();
   choice.held_back_error_m = best.error_m;
-  choice.held_back_log_score = best.log_score;
+  choice.held_back_log_score = best.LogScore();
   return choice;
 }
 

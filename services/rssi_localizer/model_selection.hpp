@@ -21,10 +21,11 @@ struct ModelChoice {
 };
 
 // Five-fold: the floor is cut into squares of a metre, and all readings taken in a fifth of them
-// are held back together, so that a model is judged in places that it has not seen. From the
-// log-normal model with bodies in the way, parts are added one by one where they raise the log
-// score by more than chance would; at last the bodies are taken out, if that does. Fewer than three
-// squares: the default choice.
+// are held back together, so that a model is judged in places that it has not seen; readings from
+// beacon to beacon are held back in both directions. From the log-normal model with bodies in the
+// way, parts are added one by one where they raise the log score by more than its standard error
+// over the squares; at last the bodies are taken out, if that does. Few squares know little: the
+// trust then stays low. Fewer than three squares: the default choice.
 ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration, const PathLoss& prior);
 
 }  // namespace beckon

@@ -22,8 +22,8 @@ TEST(ModelSelection, APlainPlaceKeepsThePlainModel) {
   const ModelChoice choice = Choose(site, ExampleCalibration(site, ExamplePathLoss(), 600, 4.0));
   EXPECT_FALSE(choice.parts.offsets);
   EXPECT_FALSE(choice.parts.walls);
-  EXPECT_FALSE(choice.parts.residual_map);
   EXPECT_FALSE(choice.parts.bodies);
+  EXPECT_FALSE(choice.parts.histogram);
   // The readings are independent, so they deserve nearly full weight.
   EXPECT_GE(choice.trust.temper, 0.8);
   EXPECT_GT(choice.held_back_epochs, 100);
@@ -75,6 +75,35 @@ TEST(ModelSelection, ErrorsInCommonLowerTheTrust) {
     }
   }
   EXPECT_NEAR(Choose(site, four_times).trust.temper, 0.25, 0.11);
+}
+
+TEST(ModelSelection, FewPlacesAreTrustedLess) {
+  const Site site = ExampleSite();
+  const double few = Choose(site, ExampleCalibration(site, ExamplePathLoss(), 5, 4.0)).trust.temper;
+  const double many =
+      Choose(site, ExampleCalibration(site, ExamplePathLoss(), 300, 4.0)).trust.temper;
+  EXPECT_LT(few, 0.75 * many);
+}
+
+TEST(ModelSelection, LinksBetweenBeaconsAreHeldBackInBothDirections) {
+  // Five beacons that hear each other. Each link has a strength of its own, the same both ways: who
+  // has heard one end seems to know the other.
+  const Site site = ExampleSite();
+  std::vector<CalibrationReading> readings;
+  for (std::size_t a = 0; a < site.beacons.size(); ++a) {
+    for (std::size_t b = 0; b < site.beacons.size(); ++b) {
+      if (a == b) continue;
+      const double link_db = (a * b + a + b) % 3 == 0 ? 14.0 : -7.0;
+      const double distance_m = (site.beacons[a].position - site.beacons[b].position).norm();
+      readings.push_back({{static_cast<Utime>(a) * 10'000'000, site.beacons[a].id,
+                           site.beacons[b].id, ExamplePathLoss().MeanRssi(distance_m) + link_db},
+                          site.beacons[a].position.head<2>()});
+    }
+  }
+  const ModelChoice choice = Choose(site, readings);
+  EXPECT_EQ(choice.held_back_epochs, 5);
+  EXPECT_LT(choice.trust.temper, 0.5);
+  EXPECT_GT(choice.held_back_error_m, 2.0);
 }
 
 TEST(ModelSelection, TooFewPlacesLeaveTheDefault) {

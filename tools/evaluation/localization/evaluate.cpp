@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <functional>
 
 #include "common/csv.hpp"
@@ -11,6 +12,9 @@
 
 namespace beckon {
 namespace {
+
+// Of a place that a posterior takes for impossible, per m^2: keeps the mean log score finite.
+constexpr double kLeastDensity = 1e-9;
 
 // Readings of one tag in the order of time.
 using ReadingsByTag = std::map<std::string, std::vector<BeaconReading>>;
@@ -143,6 +147,8 @@ class Evaluation {
     const auto cell = static_cast<std::size_t>(grid.NearestCell(truth));
     errors.inside_90.push_back(CredibleLevels(probability)[cell] < 0.9F ? 1 : 0);
     errors.area_90_m2.push_back(estimate.area_90_m2);
+    const double density = static_cast<double>(probability[cell]) / grid.cell_area_m2();
+    errors.log_score.push_back(std::log(std::max(density, kLeastDensity)));
   }
 
   Site site_;
@@ -168,6 +174,7 @@ void MethodErrors::Append(const MethodErrors& other) {
   append(ms, other.ms);
   append(inside_90, other.inside_90);
   append(area_90_m2, other.area_90_m2);
+  append(log_score, other.log_score);
 }
 
 SiteEvaluation Merge(const std::vector<SiteEvaluation>& sites) {

@@ -20,6 +20,7 @@ struct MethodErrors {
   // Of the methods that have a posterior: whether the truth was in the 90 % area, and its size.
   std::vector<char> inside_90;
   std::vector<double> area_90_m2;
+  std::vector<double> log_score;  // log of the probability density at the truth, per m^2
 
   void Append(const MethodErrors& other);
 };

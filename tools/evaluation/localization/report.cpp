@@ -42,6 +42,7 @@ nlohmann::json JsonOf(const SiteEvaluation& evaluation) {
     if (!errors.inside_90.empty()) {
       method["coverage_90"] = Coverage(errors);
       method["area_90_m2"] = Median(errors.area_90_m2);
+      method["log_score"] = Mean(errors.log_score);
     }
     methods[name] = std::move(method);
   }
@@ -76,9 +77,9 @@ std::string Table(const SiteEvaluation& evaluation) {
   if (!evaluation.model.empty()) text += "\nmap_filtered is: " + evaluation.model;
   text +=
       "\nmethod               mean   median      p95      max       sd   ms/update   in 90 % area"
-      "   90 % area\n"
+      "   90 % area   log score\n"
       "                        m        m        m        m        m"
-      "                              m2\n";
+      "                              m2      per m2\n";
   for (const auto& [name, errors] : evaluation.methods) {
     const ErrorSummary summary = SummariseErrors(errors.error_m);
     char line[200];
@@ -87,8 +88,8 @@ std::string Table(const SiteEvaluation& evaluation) {
                   Mean(errors.ms));
     text += line;
     if (!errors.inside_90.empty()) {
-      std::snprintf(line, sizeof line, " %14.3f %11.1f", Coverage(errors),
-                    Median(errors.area_90_m2));
+      std::snprintf(line, sizeof line, " %14.3f %11.1f %11.3f", Coverage(errors),
+                    Median(errors.area_90_m2), Mean(errors.log_score));
       text += line;
     }
     text += '\n';
