@@ -1,107 +1,186 @@
 #include "services/ground_detector/borders.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
 namespace beckon {
 namespace {
 
+constexpr int kBlock = 4;               // half-size pixels along a side of a block
 constexpr float kLeastVariance = 9.0F;  // sensor noise, grey levels squared
 constexpr float kLimit = 4.0F;          // log-ratio that one pixel can say
 constexpr float kLeastShare = 0.01F;    // of the window that a side needs to be described
 
-// Intensity and two opponent colours, CV_32FC3: less correlated than blue, green and red.
-cv::Mat Opponent(const cv::Mat& bgr) {
-  static const cv::Matx33f matrix(1.0F / 3, 1.0F / 3, 1.0F / 3,  //
-                                  0.0F, -0.7F, 0.7F,             //
-                                  -0.8F, 0.4F, 0.4F);
-  cv::Mat opponent;
-  bgr.convertTo(opponent, CV_32F);
-  cv::transform(opponent, opponent, matrix);
-  return opponent;
+// Intensity and two opponent colours: less correlated than blue, green and red.
+cv::Vec3f Opponent(const cv::Vec3b& bgr) {
+  const auto b = static_cast<float>(bgr[0]);
+  const auto g = static_cast<float>(bgr[1]);
+  const auto r = static_cast<float>(bgr[2]);
+  return {(b + g + r) / 3.0F, 0.7F * (r - g), 0.4F * (g + r) - 0.8F * b};
 }
 
-// Mean and variance of the colours around each pixel, of the pixels in a mask.
+// Count, and sums of three colours and of their squares.
+using Sums = cv::Vec<float, 7>;
+
+void AddPixel(const cv::Vec3b& bgr, Sums& sums) {
+  const cv::Vec3f colour = Opponent(bgr);
+  sums[0] += 1.0F;
+  for (int i = 0; i < 3; ++i) {
+    sums[i + 1] += colour[i];
+    sums[i + 4] += colour[i] * colour[i];
+  }
+}
+
+// Normal distribution of the colours of one side around a block, without covariances.
 struct LocalColours {
-  cv::Mat mean;      // CV_32FC3
-  cv::Mat variance;  // CV_32FC3
-  cv::Mat share;     // CV_32FC1, of the window that is in the mask
+  bool known = false;
+  cv::Vec3f mean;
+  cv::Vec3f inverse_variance;
+  float log_scale = 0.0F;
+
+  float LogDensity(const cv::Vec3f& colour) const {
+    const cv::Vec3f difference = colour - mean;
+    return log_scale - 0.5F * difference.mul(difference).dot(inverse_variance);
+  }
 };
 
-LocalColours Describe(const cv::Mat& colours, const cv::Mat& squares, const cv::Mat& mask,
-                      int window) {
-  const cv::Size size(2 * window + 1, 2 * window + 1);
-  LocalColours local;
-  cv::Mat masked(colours.size(), CV_32FC3, cv::Scalar::all(0.0));
-  colours.copyTo(masked, mask);
-  cv::boxFilter(masked, local.mean, CV_32F, size);
-  masked.setTo(cv::Scalar::all(0.0));
-  squares.copyTo(masked, mask);
-  cv::boxFilter(masked, local.variance, CV_32F, size);
-  cv::Mat one;
-  mask.convertTo(one, CV_32F, 1.0 / 255.0);
-  cv::boxFilter(one, local.share, CV_32F, size);
-  return local;
-}
+using ColourGrid = std::vector<LocalColours>;  // row by row
 
-// Log-likelihood of a colour, without constants.
-float LogLikelihood(const cv::Vec3f& colour, const LocalColours& local, int row, int column) {
-  const float scale = 1.0F / local.share.at<float>(row, column);
-  const auto& sum = local.mean.at<cv::Vec3f>(row, column);
-  const auto& squares = local.variance.at<cv::Vec3f>(row, column);
-  float value = 0.0F;
-  for (int i = 0; i < 3; ++i) {
-    const float mean = scale * sum[i];
-    const float variance = std::max(scale * squares[i] - mean * mean, 0.0F) + kLeastVariance;
-    const float difference = colour[i] - mean;
-    value -= 0.5F * (difference * difference / variance + std::log(variance));
+class Describer {
+ public:
+  // `bgr`: half size.
+  Describer(const cv::Mat& bgr, int window_px)
+      : bgr_(bgr),
+        grid_((bgr.cols + kBlock - 1) / kBlock, (bgr.rows + kBlock - 1) / kBlock),
+        window_(2 * std::max(window_px / kBlock, 1) + 1),
+        all_(grid_, CV_32FC(7), cv::Scalar(0.0)) {
+    for (int v = 0; v < bgr.rows; ++v) {
+      const auto* row = bgr.ptr<cv::Vec3b>(v);
+      auto* sums = all_.ptr<Sums>(v / kBlock);
+      for (int u = 0; u < bgr.cols; ++u) AddPixel(row[u], sums[u / kBlock]);
+    }
   }
-  return value;
-}
+
+  // What the pixels in `core` (255) look like in the window around each block.
+  ColourGrid Describe(const cv::Mat& core) const {
+    cv::Mat sums(grid_, CV_32FC(7));
+    for (int row = 0; row < grid_.height; ++row) {
+      for (int column = 0; column < grid_.width; ++column) {
+        sums.at<Sums>(row, column) = SumsOf(core, row, column);
+      }
+    }
+    cv::boxFilter(sums, sums, CV_32F, cv::Size(window_, window_), cv::Point(-1, -1), false,
+                  cv::BORDER_CONSTANT);
+    const float least = kLeastShare * static_cast<float>(window_ * window_ * kBlock * kBlock);
+    ColourGrid described(static_cast<std::size_t>(grid_.area()));
+    for (std::size_t i = 0; i < described.size(); ++i) {
+      const auto* row = sums.ptr<Sums>(static_cast<int>(i) / grid_.width);
+      const Sums& sum = row[static_cast<int>(i) % grid_.width];
+      if (sum[0] < least) continue;
+      LocalColours& local = described[i];
+      local.known = true;
+      for (int k = 0; k < 3; ++k) {
+        local.mean[k] = sum[k + 1] / sum[0];
+        const float variance =
+            std::max(sum[k + 4] / sum[0] - local.mean[k] * local.mean[k], 0.0F) + kLeastVariance;
+        local.inverse_variance[k] = 1.0F / variance;
+        local.log_scale -= 0.5F * std::log(variance);
+      }
+    }
+    return described;
+  }
+
+  // Of the block that holds a half-size pixel.
+  std::size_t Index(int v, int u) const {
+    return static_cast<std::size_t>(std::min(v / kBlock, grid_.height - 1) * grid_.width +
+                                    std::min(u / kBlock, grid_.width - 1));
+  }
+
+ private:
+  Sums SumsOf(const cv::Mat& core, int row, int column) const {
+    const int bottom = std::min((row + 1) * kBlock, core.rows);
+    const int right = std::min((column + 1) * kBlock, core.cols);
+    Sums some = Sums::all(0.0F);
+    int missing = 0;
+    for (int v = row * kBlock; v < bottom; ++v) {
+      const auto* mask = core.ptr<std::uint8_t>(v);
+      for (int u = column * kBlock; u < right; ++u) missing += mask[u] == 0 ? 1 : 0;
+    }
+    if (missing == 0) return all_.at<Sums>(row, column);
+    if (missing == (bottom - row * kBlock) * (right - column * kBlock)) return some;
+    for (int v = row * kBlock; v < bottom; ++v) {
+      for (int u = column * kBlock; u < right; ++u) {
+        if (core.at<std::uint8_t>(v, u) != 0) AddPixel(bgr_.at<cv::Vec3b>(v, u), some);
+      }
+    }
+    return some;
+  }
+
+  const cv::Mat& bgr_;
+  cv::Size grid_;
+  int window_;   // blocks along a side
+  cv::Mat all_;  // Sums of each block
+};
 
 cv::Mat Disc(int radius) {
   return cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(2 * radius + 1, 2 * radius + 1));
 }
 
-// One pass: the pixels within `reach` of the border are assigned anew, from the colours of what is
-// more than `doubt` away from it.
-void Reassign(const cv::Mat& colours, const LocalColours& ground, const LocalColours& other,
-              int pixels_per_local, int reach, int smoothing, cv::Mat& mask) {
+cv::Mat Square(int radius) { return cv::Mat::ones(2 * radius + 1, 2 * radius + 1, CV_8UC1); }
+
+// What each side looks like away from the border by more than `doubt`.
+struct Sides {
+  ColourGrid ground;
+  ColourGrid other;
+};
+
+Sides DescribeSides(const Describer& describer, const cv::Mat& mask, int doubt) {
+  cv::Mat core;
+  cv::erode(mask, core, Disc(doubt));
+  Sides sides;
+  sides.ground = describer.Describe(core);
+  cv::dilate(mask, core, Disc(doubt));
+  cv::bitwise_not(core, core);
+  sides.other = describer.Describe(core);
+  return sides;
+}
+
+// One pass: the pixels within `reach` of the border are assigned anew. `half`: pixels of `bgr`
+// along a half-size pixel.
+void Reassign(const cv::Mat& bgr, const Describer& describer, const Sides& sides, int half,
+              int reach, int smoothing, cv::Mat& mask) {
   cv::Mat outer;
   cv::Mat inner;
-  const cv::Mat disc =
-      cv::getStructuringElement(cv::MORPH_RECT, cv::Size(2 * reach + 1, 2 * reach + 1));
-  cv::dilate(mask, outer, disc);
-  cv::erode(mask, inner, disc);
+  cv::dilate(mask, outer, Square(reach));
+  cv::erode(mask, inner, Square(reach));
   cv::Mat ratio(mask.size(), CV_32FC1);
-  cv::parallel_for_(cv::Range(0, mask.rows), [&](const cv::Range& range) {
-    for (int v = range.start; v < range.end; ++v) {
-      const int row = std::min(v / pixels_per_local, ground.share.rows - 1);
-      for (int u = 0; u < mask.cols; ++u) {
-        const bool is_ground = mask.at<std::uint8_t>(v, u) != 0;
-        float& value = ratio.at<float>(v, u);
-        value = is_ground ? 1.0F : -1.0F;
-        if (outer.at<std::uint8_t>(v, u) == inner.at<std::uint8_t>(v, u)) continue;
-        const int column = std::min(u / pixels_per_local, ground.share.cols - 1);
-        if (ground.share.at<float>(row, column) < kLeastShare ||
-            other.share.at<float>(row, column) < kLeastShare) {
-          continue;
-        }
-        const auto& colour = colours.at<cv::Vec3f>(v, u);
-        value = std::clamp(
-            LogLikelihood(colour, ground, row, column) - LogLikelihood(colour, other, row, column),
-            -kLimit, kLimit);
-      }
-    }
-  });
-  if (smoothing > 0)
-    cv::GaussianBlur(ratio, ratio, cv::Size(2 * smoothing + 1, 2 * smoothing + 1), 0.0);
   for (int v = 0; v < mask.rows; ++v) {
+    const auto* is_ground = mask.ptr<std::uint8_t>(v);
+    const auto* out = outer.ptr<std::uint8_t>(v);
+    const auto* in = inner.ptr<std::uint8_t>(v);
+    const auto* colours = bgr.ptr<cv::Vec3b>(v);
+    auto* value = ratio.ptr<float>(v);
     for (int u = 0; u < mask.cols; ++u) {
-      if (outer.at<std::uint8_t>(v, u) == inner.at<std::uint8_t>(v, u)) continue;
-      mask.at<std::uint8_t>(v, u) = ratio.at<float>(v, u) > 0.0F ? 255 : 0;
+      value[u] = is_ground[u] != 0 ? 1.0F : -1.0F;
+      if (out[u] == in[u]) continue;
+      const std::size_t block = describer.Index(v / half, u / half);
+      const LocalColours& ground = sides.ground[block];
+      const LocalColours& other = sides.other[block];
+      if (!ground.known || !other.known) continue;
+      const cv::Vec3f colour = Opponent(colours[u]);
+      value[u] = std::clamp(ground.LogDensity(colour) - other.LogDensity(colour), -kLimit, kLimit);
+    }
+  }
+  cv::GaussianBlur(ratio, ratio, cv::Size(2 * smoothing + 1, 2 * smoothing + 1), 0.0);
+  for (int v = 0; v < mask.rows; ++v) {
+    auto* is_ground = mask.ptr<std::uint8_t>(v);
+    const auto* out = outer.ptr<std::uint8_t>(v);
+    const auto* in = inner.ptr<std::uint8_t>(v);
+    const auto* value = ratio.ptr<float>(v);
+    for (int u = 0; u < mask.cols; ++u) {
+      if (out[u] != in[u]) is_ground[u] = value[u] > 0.0F ? 255 : 0;
     }
   }
 }
@@ -110,35 +189,22 @@ void Reassign(const cv::Mat& colours, const LocalColours& ground, const LocalCol
 
 cv::Mat RefineBorders(const cv::Mat& bgr, const cv::Mat& ground, const BorderOptions& options) {
   const cv::Size half_size((bgr.cols + 1) / 2, (bgr.rows + 1) / 2);
-  cv::Mat half_bgr;
-  cv::resize(bgr, half_bgr, half_size, 0.0, 0.0, cv::INTER_AREA);
-  const cv::Mat half = Opponent(half_bgr);
-  const cv::Mat squares = half.mul(half);
+  cv::Mat half;
+  cv::resize(bgr, half, half_size, 0.0, 0.0, cv::INTER_AREA);
+  const Describer describer(half, options.window_px / 2);
 
   cv::Mat mask;
   cv::resize(ground, mask, half_size, 0.0, 0.0, cv::INTER_LINEAR);
   cv::threshold(mask, mask, 127.0, 255.0, cv::THRESH_BINARY);
-  LocalColours inside;
-  LocalColours outside;
-  const auto describe = [&](int doubt) {
-    cv::Mat core;
-    cv::erode(mask, core, Disc(doubt));
-    inside = Describe(half, squares, core, options.window_px / 2);
-    cv::dilate(mask, core, Disc(doubt));
-    cv::bitwise_not(core, core);
-    outside = Describe(half, squares, core, options.window_px / 2);
-  };
   const int reach = options.reach_px / 2;
-  describe(2);
-  Reassign(half, inside, outside, 1, reach, 2, mask);
-  describe(1);
-  Reassign(half, inside, outside, 1, std::max(reach / 2, 2), 1, mask);
+  Reassign(half, describer, DescribeSides(describer, mask, 2), 1, reach, 2, mask);
+  Reassign(half, describer, DescribeSides(describer, mask, 1), 1, std::max(reach / 2, 2), 1, mask);
   cv::medianBlur(mask, mask, 5);
 
-  describe(1);
+  const Sides sides = DescribeSides(describer, mask, 1);
   cv::Mat full;
   cv::resize(mask, full, bgr.size(), 0.0, 0.0, cv::INTER_NEAREST);
-  Reassign(Opponent(bgr), inside, outside, 2, 3, 1, full);
+  Reassign(bgr, describer, sides, 2, 3, 1, full);
   cv::medianBlur(full, full, 5);
   return full;
 }

@@ -9,7 +9,8 @@
 namespace beckon {
 namespace {
 
-constexpr float kSure = 4.0F;  // log-odds of what is certain
+constexpr float kSure = 4.0F;    // log-odds of what is certain
+constexpr float kLearnt = 1.5F;  // log-odds from which on colours are learnt
 
 template <typename Visit>
 void ForEachCell(const cv::Mat& ids, const Visit& visit) {
@@ -131,14 +132,22 @@ int SegmentClassifier::NearSegment(const SegmentScene& scene) {
 void SegmentClassifier::Learn(const SegmentScene& scene, const cv::Mat& cell_motion,
                               const cv::Mat& log_odds) {
   const bool first = !colours_.knows_ground();
+  // A cell on a border shows a mixture of what is on both sides, which neither is.
+  cv::Mat ground;
+  cv::Mat not_ground;
+  const cv::Mat around = cv::Mat::ones(3, 3, CV_8UC1);
+  cv::erode(log_odds > kLearnt, ground, around);
+  cv::erode(log_odds < -kLearnt, not_ground, around);
   ForEachCell(scene.segments.ids, [&](int v, int u, std::size_t) {
     const auto& colour = scene.bgr.at<cv::Vec3b>(v, u);
     const bool near = scene.near.at<std::uint8_t>(v, u) != 0;
     const float motion = cell_motion.at<float>(v, u);
     const float all = log_odds.at<float>(v, u);
-    if (scene.above_horizon.at<std::uint8_t>(v, u) != 0 || (motion < -1.0F && all < -1.5F)) {
+    if (scene.above_horizon.at<std::uint8_t>(v, u) != 0 ||
+        (motion < -1.0F && not_ground.at<std::uint8_t>(v, u) != 0)) {
       colours_.AddNotGround(colour);
-    } else if ((motion > 1.0F && all > 1.5F) || (near && (first || all > 1.0F))) {
+    } else if ((motion > 1.0F && ground.at<std::uint8_t>(v, u) != 0) ||
+               (near && (first || all > 1.0F))) {
       colours_.AddGround(colour);
     }
   });
