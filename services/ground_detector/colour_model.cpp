@@ -1,20 +1,21 @@
 #include "services/ground_detector/colour_model.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace beckon {
 namespace {
 
-constexpr float kForgetting = 0.97F;       // per frame: a new floor takes over within some 3 s
-constexpr float kGroundNovelty = 0.15F;    // probability that ground has a colour not seen before
-constexpr float kNotGroundNovelty = 0.5F;  // the same for all else
+constexpr float kForgetting = 0.97F;  // per frame: a new floor takes over within some 3 s
+// Probability of a colour not seen before. The same for ground and for all else: that a colour is
+// new says nothing, it may be the next room's floor as well as the next thing.
+constexpr float kNovelty = 0.3F;
 constexpr float kNovelDensity = 1.0F / 1500.0F;  // of a new colour in a bin; most bins never occur
 
-constexpr float kShadowChroma = 0.05F;    // share of all ground that a hue needs to cast shadows on
-constexpr float kDarkestShadow = 0.45F;   // light in a shadow, over light beside it
-constexpr float kBrightestGlare = 1.15F;  // the same for a reflection on a glossy floor
-constexpr float kShadowLogRatio = -0.2F;
+// Probability that what is seen of either lies in a shadow, and the light that is left there.
+constexpr float kShadow = 0.2F;
+constexpr std::array kShadowLight = {0.5F, 0.6F, 0.7F, 0.8F, 0.9F};
 
 // Bins of an opponent colour widen with the square root, as pale colours differ by little and
 // strong ones by much.
@@ -42,39 +43,6 @@ int ColourModel::Bin(const cv::Vec3b& bgr) {
   const cv::Vec2f opponents = Opponents(bgr);
   return (intensity * kOpponentBins + OpponentBin(opponents[0], kOpponentBins)) * kOpponentBins +
          OpponentBin(opponents[1], kOpponentBins);
-}
-
-int ColourModel::ChromaBin(const cv::Vec3b& bgr) {
-  // As they would be at medium light.
-  const cv::Vec2f opponents = Opponents(bgr) * (128.0F / std::max(Intensity(bgr), 1.0F));
-  return OpponentBin(opponents[0], kOpponentBins) * kOpponentBins +
-         OpponentBin(opponents[1], kOpponentBins);
-}
-
-void ColourModel::AddGround(const cv::Vec3b& bgr) {
-  Add(ground_, bgr);
-  const auto bin = static_cast<std::size_t>(ChromaBin(bgr));
-  chroma_[bin] += 1.0F;
-  chroma_light_[bin] += Intensity(bgr);
-}
-
-bool ColourModel::MayBeLitOtherwise(const cv::Vec3b& bgr) const {
-  // The bins around it count as well: what lights a shadow has a hue of its own.
-  const int bin = ChromaBin(bgr);
-  float count = 0.0F;
-  float light = 0.0F;
-  for (int row = std::max(bin / kOpponentBins - 1, 0);
-       row <= std::min(bin / kOpponentBins + 1, kOpponentBins - 1); ++row) {
-    for (int column = std::max(bin % kOpponentBins - 1, 0);
-         column <= std::min(bin % kOpponentBins + 1, kOpponentBins - 1); ++column) {
-      const auto neighbour = static_cast<std::size_t>(row * kOpponentBins + column);
-      count += chroma_[neighbour];
-      light += chroma_light_[neighbour];
-    }
-  }
-  if (count <= kShadowChroma * ground_.total) return false;
-  const float share = Intensity(bgr) / (light / count);
-  return share > kDarkestShadow && share < kBrightestGlare;
 }
 
 void ColourModel::Add(Histogram& histogram, const cv::Vec3b& bgr) {
@@ -116,19 +84,24 @@ void ColourModel::EndFrame() {
     histogram->total *= kForgetting;
     Smooth(*histogram);
   }
-  for (float& count : chroma_) count *= kForgetting;
-  for (float& sum : chroma_light_) sum *= kForgetting;
 }
 
 float ColourModel::LogRatio(const cv::Vec3b& bgr) const {
   const auto bin = static_cast<std::size_t>(Bin(bgr));
-  const auto density = [bin](const Histogram& histogram, float novelty) {
-    const float seen = histogram.total > 0.0F ? histogram.smooth[bin] / histogram.total : 0.0F;
-    return (1.0F - novelty) * seen + novelty * kNovelDensity;
+  std::array<std::size_t, kShadowLight.size()> lit_bins{};
+  for (std::size_t i = 0; i < lit_bins.size(); ++i) {
+    cv::Vec3b lit;
+    for (int k = 0; k < 3; ++k) lit[k] = cv::saturate_cast<std::uint8_t>(bgr[k] / kShadowLight[i]);
+    lit_bins[i] = static_cast<std::size_t>(Bin(lit));
+  }
+  const auto density = [&](const Histogram& histogram) {
+    float in_light = 0.0F;
+    for (const std::size_t lit : lit_bins) in_light += histogram.smooth[lit];
+    in_light /= static_cast<float>(lit_bins.size());
+    const float seen = (1.0F - kNovelty - kShadow) * histogram.smooth[bin] + kShadow * in_light;
+    return (histogram.total > 0.0F ? seen / histogram.total : 0.0F) + kNovelty * kNovelDensity;
   };
-  const float ratio = density(ground_, kGroundNovelty) / density(not_ground_, kNotGroundNovelty);
-  const float log_ratio = std::clamp(std::log(ratio), -kLimit, kLimit);
-  return log_ratio < kShadowLogRatio && MayBeLitOtherwise(bgr) ? kShadowLogRatio : log_ratio;
+  return std::clamp(std::log(density(ground_) / density(not_ground_)), -kLimit, kLimit);
 }
 
 }  // namespace beckon

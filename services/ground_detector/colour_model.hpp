@@ -10,7 +10,7 @@ namespace beckon {
 // of all else, that slowly forget.
 class ColourModel {
  public:
-  void AddGround(const cv::Vec3b& bgr);
+  void AddGround(const cv::Vec3b& bgr) { Add(ground_, bgr); }
   void AddNotGround(const cv::Vec3b& bgr) { Add(not_ground_, bgr); }
   // Call after the samples of a frame have been added.
   void EndFrame();
@@ -18,8 +18,7 @@ class ColourModel {
   // Whether any ground has been seen.
   bool knows_ground() const { return ground_.total > 0.0F; }
 
-  // log p(colour | ground) / p(colour | not ground), within +-kLimit. A colour never seen speaks
-  // against ground: a place has few floors and many things.
+  // log p(colour | ground) / p(colour | not ground), within +-kLimit; 0 for a colour never seen.
   float LogRatio(const cv::Vec3b& bgr) const;
 
   static constexpr float kLimit = 3.0F;
@@ -34,16 +33,11 @@ class ColourModel {
     float total = 0.0F;
   };
   static int Bin(const cv::Vec3b& bgr);
-  static int ChromaBin(const cv::Vec3b& bgr);
-  bool MayBeLitOtherwise(const cv::Vec3b& bgr) const;
   static void Add(Histogram& histogram, const cv::Vec3b& bgr);
   static void Smooth(Histogram& histogram);
 
   Histogram ground_;
   Histogram not_ground_;
-  // Ground by hue and saturation alone, with the mean intensity of each bin.
-  std::vector<float> chroma_ = std::vector<float>(kOpponentBins * kOpponentBins, 0.0F);
-  std::vector<float> chroma_light_ = std::vector<float>(kOpponentBins * kOpponentBins, 0.0F);
 };
 
 }  // namespace beckon
