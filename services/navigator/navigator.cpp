@@ -26,7 +26,8 @@ constexpr double kNearGoalM = 1.1;
 constexpr double kWaitForRouteS = 1.5;
 constexpr int kMaxRecoveries = 6;
 constexpr double kFreeAgainM = 0.7;
-constexpr double kBackOutM = 0.3;
+constexpr double kTightM = 0.15;
+constexpr double kBackOutM = 0.4;
 constexpr double kBackOutMps = 0.12;
 constexpr double kProgressM = 0.15;
 constexpr double kStillM = 0.1;
@@ -157,7 +158,7 @@ void Navigator::OnGrid(Instant now, SeenGrid grid) {
   CheckGrid(grid);
   const auto local_from_robot = frame_.At(grid.utime);
   if (!local_from_robot) return;  // too old to be placed
-  surroundings_.SetGrid(std::move(grid), *local_from_robot);
+  surroundings_.SetGrid(now, std::move(grid), *local_from_robot);
   if (map_from_local_) {
     planner_.Remember(*surroundings_.grid(), *map_from_local_ * surroundings_.local_from_grid(),
                       now);
@@ -173,7 +174,7 @@ Velocity Navigator::Tick(Instant now) {
     DropRoute();
   }
   const Pose2 local_from_base = frame_.Now(now) * options_.robot.RobotFromBase();
-  surroundings_.Update(local_from_base);
+  surroundings_.Update(now, local_from_base);
   status_.nearest_obstacle_m = surroundings_.NearestInScan(local_from_base);
 
   Velocity wanted;
@@ -229,7 +230,7 @@ Velocity Navigator::Drive(Instant now, const Pose2& local_from_base) {
 
   const double blocked_s = blocked_since_ ? SecondsSince(now, *blocked_since_) : 0.0;
   Step step;
-  if (!route_.empty()) step = follower_.Follow(route_, local_from_base, surroundings_);
+  if (!route_.empty()) step = follower_.Follow(now, route_, local_from_base, surroundings_);
   // While there is no route, the last one says how far it is.
   if (!route_.empty()) status_.distance_to_go_m = step.distance_to_go_m;
   status_.route.clear();
@@ -279,7 +280,9 @@ bool Navigator::IsRouteDue(Instant now, const RouteGoal& goal) const {
 }
 
 void Navigator::UpdateRoute(Instant now, const Pose2& map_from_base, const RouteGoal& goal) {
-  const Route route = planner_.Plan(map_from_base.translation(), goal, now);
+  std::vector<Eigen::Vector2d> hidden = surroundings_.Hidden();
+  for (Eigen::Vector2d& point : hidden) point = *map_from_local_ * point;
+  const Route route = planner_.Plan(map_from_base.translation(), goal, now, hidden);
   planned_ = now;
   route_goal_ = goal;
   plan_has_way_ = route.plan_has_way;
@@ -329,7 +332,14 @@ void Navigator::StartRecovery(Instant now, const Pose2& local_from_base) {
            is_without_route ? "no way round what has been seen" : "the way is blocked");
     return;
   }
-  maneuver_ = recoveries_ % 2 == 0 ? Maneuver::kLookAround : Maneuver::kBackOut;
+  // Where it stands close to things, turning shows little that it does not know: back first.
+  if (recoveries_ == 0) {
+    const double around =
+        surroundings_.Clearance(local_from_base.translation()) - options_.robot.radius_m;
+    is_back_first_ = around < kTightM;
+  }
+  const bool is_back = (recoveries_ % 2 == 0) == is_back_first_;
+  maneuver_ = is_back ? Maneuver::kBackOut : Maneuver::kLookAround;
   ++recoveries_;
   maneuver_from_ = local_from_base;
   last_heading_ = local_from_base.theta;

@@ -88,6 +88,7 @@ class Navigator {
 
   Maneuver maneuver_ = Maneuver::kFollow;
   int recoveries_ = 0;
+  bool is_back_first_ = false;
   double turned_rad_ = 0.0;
   Pose2 maneuver_from_;
   double last_heading_ = 0.0;

@@ -9,14 +9,24 @@
 namespace beckon {
 namespace {
 
-constexpr double kViewM = 2.0;      // of the arc that is looked at
-constexpr double kNearM = 0.6;      // of it, where obstacles beside the way slow the robot down
+constexpr double kViewM = 2.0;  // of the arc that is looked at
+constexpr double kNearM = 0.6;  // of it, where obstacles beside the way slow the robot down
+// Speed beside things: so much where it all but touches, and more with every metre of room.
+constexpr double kNarrowMps = 0.10;
+constexpr double kMpsPerM = 2.0;
 constexpr double kCreepMps = 0.05;  // slower than this is standing
 constexpr double kTurnDoneRad = 0.12;
 constexpr double kTurnWhenStuckRad = 0.15;
-constexpr double kLookaheadStepM = 0.15;
-constexpr double kBraking = 0.7;  // share of the deceleration that is planned with
-constexpr double kTurning = 0.8;  // share of the turn rate that is planned with
+constexpr double kLookaheadStepM = 0.05;
+constexpr double kAmpleM = 0.25;   // free space that is as good as any more
+constexpr double kDetourM = 0.25;  // an arc blocked nearer than this is left for another one
+// Looking aside.
+constexpr double kFacedRad = 0.1;
+constexpr double kLookS = 0.6;        // for a picture of it to arrive
+constexpr double kSamePlaceM = 0.25;  // a look nearer than this to one in vain is in vain too
+constexpr double kVainS = 10.0;       // for so long
+constexpr double kBraking = 0.7;      // share of the deceleration that is planned with
+constexpr double kTurning = 0.8;      // share of the turn rate that is planned with
 
 }  // namespace
 
@@ -70,20 +80,25 @@ Eigen::Vector2d PathFollower::Lookahead(const std::vector<Eigen::Vector2d>& rout
                                         const Projection& from, const Pose2& local_from_base,
                                         const Surroundings& surroundings) const {
   const Eigen::Vector2d base = local_from_base.translation();
-  const double needed =
-      std::min(robot_.radius_m + options_.margin_m, surroundings.Clearance(base) - 0.01);
-  for (double distance = options_.max_lookahead_m; distance > options_.min_lookahead_m;
-       distance -= kLookaheadStepM) {
-    const Eigen::Vector2d target = Ahead(route, from, distance);
-    const int steps = static_cast<int>(std::ceil((target - base).norm() / 0.05));
-    bool is_free = true;
-    for (int i = 1; i <= steps && is_free; ++i) {
-      is_free = surroundings.Clearance(base + (target - base) * (static_cast<double>(i) / steps)) >=
-                needed;
+  // The straight line to the target comes no nearer to things than the route does on the way
+  // there, except where there is ample room.
+  constexpr double kEaseM = 0.02;
+  double needed = std::min(robot_.radius_m + kAmpleM, surroundings.Clearance(base));
+  Eigen::Vector2d best = Ahead(route, from, options_.min_lookahead_m);
+  double target_m = 0.0;
+  while ((target_m += kLookaheadStepM) <= options_.max_lookahead_m) {
+    const Eigen::Vector2d target = Ahead(route, from, target_m);
+    needed = std::min(needed, surroundings.Clearance(target));
+    if (target_m <= options_.min_lookahead_m) continue;
+    const int steps = static_cast<int>(std::ceil((target - base).norm() / kLookaheadStepM));
+    bool is_clear = true;
+    for (int i = 1; i < steps && is_clear; ++i) {
+      const Eigen::Vector2d point = base + (target - base) * (static_cast<double>(i) / steps);
+      is_clear = surroundings.Clearance(point) >= needed - kEaseM;
     }
-    if (is_free) return target;
+    if (is_clear) best = target;
   }
-  return Ahead(route, from, options_.min_lookahead_m);
+  return best;
 }
 
 double PathFollower::SpeedToStopWithin(double distance_m) const {
@@ -100,14 +115,71 @@ double PathFollower::TurnRate(double angle_rad) const {
   return std::copysign(std::min({fastest, braking, 2.5 * std::abs(angle_rad)}), angle_rad);
 }
 
-Step PathFollower::Follow(const std::vector<Eigen::Vector2d>& route, const Pose2& local_from_base,
-                          const Surroundings& surroundings) {
+// Of the arcs that are free for a while, the one that leads nearest to the target.
+std::optional<double> PathFollower::FreeArc(const Eigen::Vector2d& target,
+                                            const Pose2& local_from_base,
+                                            const Surroundings& surroundings) const {
+  constexpr int kArcs = 6;  // to each side
+  constexpr double kSharpestPerM = 3.0;
+  std::optional<double> best;
+  double nearest = (target - local_from_base.translation()).norm() - 0.25 * kDetourM;
+  for (int i = -kArcs; i <= kArcs; ++i) {
+    const double curvature = kSharpestPerM * i / kArcs;
+    const double half_turn = 0.5 * curvature * kDetourM;
+    const double chord = i == 0 ? kDetourM : 2.0 / curvature * std::sin(half_turn);
+    const Eigen::Vector2d end =
+        local_from_base * Eigen::Vector2d(chord * std::cos(half_turn), chord * std::sin(half_turn));
+    const double distance = (target - end).norm();
+    if (distance >= nearest) continue;
+    const ArcView view = LookAlong(surroundings, robot_, local_from_base, curvature, 1,
+                                   kDetourM + options_.margin_m, options_.margin_m);
+    if (std::min(view.free_m, view.seen_m) < kDetourM + options_.margin_m) continue;
+    nearest = distance;
+    best = curvature;
+  }
+  return best;
+}
+
+void PathFollower::Reset() {
+  is_turning_ = false;
+  look_.reset();
+  vain_look_.reset();
+}
+
+std::optional<Step> PathFollower::LookAside(Instant now, const Pose2& local_from_base,
+                                            const Surroundings& surroundings) {
+  const Eigen::Vector2d place = local_from_base.Inverse() * look_->at;
+  const double bearing = std::atan2(place.y(), place.x());
+  if (std::abs(bearing) < kFacedRad && !look_->faced_since) look_->faced_since = now;
+  const bool is_seen = surroundings.IsSeen(look_->at);
+  const bool is_vain =
+      !is_seen && look_->faced_since && SecondsSince(now, *look_->faced_since) > kLookS;
+  if (is_seen || is_vain) {
+    if (is_vain) vain_look_ = look_;
+    look_.reset();
+    is_turning_ = true;  // back to where the route goes
+    return std::nullopt;
+  }
+  Step step;
+  if (!look_->faced_since) step.velocity.angular_radps = TurnRate(bearing);
+  return step;
+}
+
+Step PathFollower::Follow(Instant now, const std::vector<Eigen::Vector2d>& route,
+                          const Pose2& local_from_base, const Surroundings& surroundings) {
   Step step;
   const Projection here = Project(route, local_from_base.translation());
   const Eigen::Vector2d target = Lookahead(route, here, local_from_base, surroundings);
   const Eigen::Vector2d ahead = local_from_base.Inverse() * target;
   step.distance_to_go_m =
       here.remaining_m + (Ahead(route, here, 0.0) - local_from_base.translation()).norm();
+
+  if (look_) {
+    if (auto look = LookAside(now, local_from_base, surroundings)) {
+      look->distance_to_go_m = step.distance_to_go_m;
+      return *look;
+    }
+  }
 
   const double heading_error = std::atan2(ahead.y(), ahead.x());
   is_turning_ = std::abs(heading_error) > (is_turning_ ? kTurnDoneRad : options_.turn_in_place_rad);
@@ -116,14 +188,21 @@ Step PathFollower::Follow(const std::vector<Eigen::Vector2d>& route, const Pose2
     return step;
   }
 
-  const double curvature = 2.0 * ahead.y() / std::max(1e-3, ahead.squaredNorm());
-  const ArcView view =
+  double curvature = 2.0 * ahead.y() / std::max(1e-3, ahead.squaredNorm());
+  ArcView view =
       LookAlong(surroundings, robot_, local_from_base, curvature, 1, kViewM, options_.margin_m);
+  if (view.free_m < kDetourM) {
+    if (const auto other = FreeArc(target, local_from_base, surroundings)) {
+      curvature = *other;
+      view =
+          LookAlong(surroundings, robot_, local_from_base, curvature, 1, kViewM, options_.margin_m);
+    }
+  }
   const ArcView nearby =
       LookAlong(surroundings, robot_, local_from_base, curvature, 1, kNearM, options_.margin_m);
   double speed = robot_.max_speed_mps;
   speed = std::min(speed, kTurning * robot_.max_turn_radps / std::max(1e-3, std::abs(curvature)));
-  speed = std::min(speed, 0.15 + 2.0 * std::max(0.0, nearby.clearance_m));
+  speed = std::min(speed, kNarrowMps + kMpsPerM * std::max(0.0, nearby.clearance_m));
   speed = std::min(speed, SpeedToStopWithin(step.distance_to_go_m) + kCreepMps);
   const double to_obstacle = SpeedToStopWithin(view.free_m - options_.margin_m);
   const double to_unseen = SpeedToStopWithin(view.seen_m - options_.margin_m);
@@ -134,9 +213,16 @@ Step PathFollower::Follow(const std::vector<Eigen::Vector2d>& route, const Pose2
     if (std::abs(heading_error) > kTurnWhenStuckRad) {
       is_turning_ = true;
       step.velocity.angular_radps = TurnRate(heading_error);
-    } else {
-      step.blocked_by =
-          to_obstacle <= to_unseen ? stop_reason::kObstacle : stop_reason::kGroundNotSeen;
+      return step;
+    }
+    step.blocked_by =
+        to_obstacle <= to_unseen ? stop_reason::kObstacle : stop_reason::kGroundNotSeen;
+    const bool is_vain = vain_look_ && view.unseen &&
+                         (vain_look_->at - *view.unseen).norm() < kSamePlaceM &&
+                         SecondsSince(now, *vain_look_->faced_since) < kVainS;
+    if (to_unseen < kCreepMps && view.unseen && !is_vain) {
+      step.blocked_by.clear();
+      look_ = Look{*view.unseen, std::nullopt};
     }
     return step;
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,17 +30,19 @@ struct Step {
 
 // Regulated pure pursuit (Macenski et al. 2023) with turns on the spot: the point on the route to
 // steer for is the farthest that can be reached in a straight line; the speed allows a stop before
-// whatever is on the arc, and before floor that was not seen.
+// whatever is on the arc, and before floor that was not seen. Where it stands before such floor, it
+// turns to look there. Where the arc is blocked, another one that leads near the same point will
+// do.
 class PathFollower {
  public:
   PathFollower(const RobotOptions& robot, const FollowerOptions& options)
       : robot_(robot), options_(options) {}
 
   // `route`: in the local frame, at least one point.
-  Step Follow(const std::vector<Eigen::Vector2d>& route, const Pose2& local_from_base,
+  Step Follow(Instant now, const std::vector<Eigen::Vector2d>& route, const Pose2& local_from_base,
               const Surroundings& surroundings);
-  // Turns on the spot are judged anew.
-  void Reset() { is_turning_ = false; }
+  // Turns on the spot and looks aside are judged anew.
+  void Reset();
   // Angular velocity that turns by the angle and stops there, rad/s.
   double TurnRate(double angle_rad) const;
 
@@ -55,11 +58,22 @@ class PathFollower {
                                double distance_m);
   Eigen::Vector2d Lookahead(const std::vector<Eigen::Vector2d>& route, const Projection& from,
                             const Pose2& local_from_base, const Surroundings& surroundings) const;
+  std::optional<double> FreeArc(const Eigen::Vector2d& target, const Pose2& local_from_base,
+                                const Surroundings& surroundings) const;
   double SpeedToStopWithin(double distance_m) const;
+  // Turns the camera to floor that has to be seen first; nothing once that is done.
+  std::optional<Step> LookAside(Instant now, const Pose2& local_from_base,
+                                const Surroundings& surroundings);
 
   RobotOptions robot_;
   FollowerOptions options_;
   bool is_turning_ = false;
+  struct Look {
+    Eigen::Vector2d at;                  // local frame
+    std::optional<Instant> faced_since;  // the camera points there
+  };
+  std::optional<Look> look_;
+  std::optional<Look> vain_look_;  // nothing was to be seen there
 };
 
 }  // namespace beckon

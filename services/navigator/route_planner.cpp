@@ -279,8 +279,8 @@ std::vector<Eigen::Vector2d> RoutePlanner::Shorten(const CostMap& costs,
   return points;
 }
 
-cv::Mat RoutePlanner::SeenClearance(const Eigen::Vector2d& base, double within_m,
-                                    Instant now) const {
+cv::Mat RoutePlanner::SeenClearance(const Eigen::Vector2d& base, double within_m, Instant now,
+                                    const std::vector<Eigen::Vector2d>& hidden) const {
   const double oldest = std::max(0.0, SteadySeconds(now) - options_.memory_s);
   cv::Mat not_occupied(grid_.height, grid_.width, CV_8UC1, cv::Scalar(255));
   for (int cell = 0; cell < grid_.size(); ++cell) {
@@ -289,14 +289,19 @@ cv::Mat RoutePlanner::SeenClearance(const Eigen::Vector2d& base, double within_m
       not_occupied.data[cell] = 0;
     }
   }
+  for (const Eigen::Vector2d& point : hidden) {
+    const int cell = grid_.IndexAt(point);
+    if (cell >= 0) not_occupied.data[cell] = 0;
+  }
   return ClearanceOf(not_occupied, grid_.resolution_m, false);
 }
 
-Route RoutePlanner::Plan(const Eigen::Vector2d& base, const RouteGoal& goal, Instant now) const {
-  const cv::Mat seen = SeenClearance(base, std::numeric_limits<double>::infinity(), now);
+Route RoutePlanner::Plan(const Eigen::Vector2d& base, const RouteGoal& goal, Instant now,
+                         const std::vector<Eigen::Vector2d>& hidden) const {
+  const cv::Mat seen = SeenClearance(base, std::numeric_limits<double>::infinity(), now, hidden);
   Route route = PlanWith(MakeCostMap(seen, seen, base), base, goal);
   if (!route.is_found) {
-    route = PlanWith(MakeCostMap(SeenClearance(base, kFirmM, now), seen, base), base, goal);
+    route = PlanWith(MakeCostMap(SeenClearance(base, kFirmM, now, hidden), seen, base), base, goal);
     route.is_doubtful = route.is_found;
   }
   if (route.is_found) {

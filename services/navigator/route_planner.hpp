@@ -51,7 +51,9 @@ class RoutePlanner {
   // What was seen and is not in view is no longer reckoned with.
   void ForgetSeen();
 
-  Route Plan(const Eigen::Vector2d& base, const RouteGoal& goal, Instant now) const;
+  // `hidden`: where else something stands, m, map frame.
+  Route Plan(const Eigen::Vector2d& base, const RouteGoal& goal, Instant now,
+             const std::vector<Eigen::Vector2d>& hidden = {}) const;
 
   // Whether a point lies on the plan's area, and whether the plan shows it free.
   bool IsInArea(const Eigen::Vector2d& point) const { return grid_.IndexAt(point) >= 0; }
@@ -63,7 +65,8 @@ class RoutePlanner {
  private:
   struct CostMap;
   // Distance of each cell to what was seen within `within_m` of the robot, m; CV_32FC1.
-  cv::Mat SeenClearance(const Eigen::Vector2d& base, double within_m, Instant now) const;
+  cv::Mat SeenClearance(const Eigen::Vector2d& base, double within_m, Instant now,
+                        const std::vector<Eigen::Vector2d>& hidden) const;
   // `firm_clearance` is kept by all means, `seen_clearance` at a high price.
   CostMap MakeCostMap(const cv::Mat& firm_clearance, const cv::Mat& seen_clearance,
                       const Eigen::Vector2d& base) const;

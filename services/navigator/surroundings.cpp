@@ -8,13 +8,24 @@
 namespace beckon {
 namespace {
 
-constexpr double kWindowSideM = 8.0;
-constexpr double kResolutionM = 0.05;
-constexpr double kRedrawAfterM = 1.0;
+constexpr double kWindowSideM = 7.0;
+constexpr double kResolutionM = 0.025;
+constexpr double kMoveWindowM = 1.0;
 constexpr std::uint8_t kFreeUpTo = 90;  // 45 %
 constexpr double kNothingNearM = 10.0;
-// The floor under the robot and a little round it counts as seen: it stands there.
-constexpr double kOwnPlaceM = 0.12;
+// Free floor round the robot when it is switched on: who put it there left it room to turn.
+constexpr double kFirstStandM = 0.12;
+constexpr double kFirstStandS = 3600.0;
+// How long things hold that GRID does not know.
+constexpr double kStandS = 20.0;
+constexpr double kSightS = 8.0;
+constexpr double kHiddenS = 10.0;
+constexpr double kGridTimeoutS = 2.0;
+// Floor this near to an obstacle is never sure to be free. It is the obstacle that tells how near
+// one may come there.
+constexpr int kBesideObstacleCells = 4;
+// The border of what was seen does not count: a cell that is partly floor is called free.
+constexpr int kBorderCells = 2;
 // By so much the clearance may seem to shrink along a way that keeps it.
 constexpr double kSlackM = 0.005;
 constexpr double kTouchM = 0.01;
@@ -39,9 +50,11 @@ double NeededClearance(double at_start_m, double radius_m, double margin_m) {
 
 }  // namespace
 
-void Surroundings::SetGrid(SeenGrid grid, const Pose2& local_from_robot) {
+void Surroundings::SetGrid(Instant now, SeenGrid grid, const Pose2& local_from_robot) {
+  grid_at_ = now;
   local_from_grid_ = local_from_robot * grid.grid_from_robot.Inverse();
   grid_ = std::move(grid);
+  is_grid_drawn_ = false;
   is_changed_ = true;
 }
 
@@ -54,34 +67,60 @@ void Surroundings::SetScan(Scan scan, const Pose2& local_from_robot) {
 void Surroundings::Clear() {
   grid_.reset();
   scan_.reset();
-  is_changed_ = true;
+  window_ = {};  // all layers begin anew
 }
 
-void Surroundings::Update(const Pose2& local_from_base) {
-  const double half = 0.5 * kWindowSideM;
-  const Eigen::Vector2d middle = window_.origin + Eigen::Vector2d::Constant(half);
-  const bool has_left =
-      window_.size() == 0 || (local_from_base.translation() - middle).norm() > kRedrawAfterM;
-  if (!is_changed_ && !has_left) return;
-  is_changed_ = false;
-  // Whole cells, so that obstacles do not change shape with the robot's motion.
-  const Eigen::Vector2d corner = local_from_base.translation() - Eigen::Vector2d::Constant(half);
+void Surroundings::MoveWindow(const Eigen::Vector2d& middle) {
+  const int cells = static_cast<int>(std::lround(kWindowSideM / kResolutionM));
+  const GridGeometry old = window_;
+  // Whole cells, so that things do not change shape with the robot's motion.
+  const Eigen::Vector2d corner = middle - Eigen::Vector2d::Constant(0.5 * kWindowSideM);
   window_.resolution_m = kResolutionM;
   window_.origin = kResolutionM * (corner / kResolutionM).array().floor().matrix();
-  window_.width = window_.height = static_cast<int>(kWindowSideM / kResolutionM);
-  seen_ = cv::Mat(window_.height, window_.width, CV_8UC1, cv::Scalar(0));
-  obstacles_ = cv::Mat(window_.height, window_.width, CV_8UC1, cv::Scalar(255));
-  if (grid_) DrawGrid();
-  if (scan_) DrawScan(local_from_base);
+  window_.width = window_.height = cells;
+  for (cv::Mat* layer : {&seen_until_, &hidden_until_}) {
+    cv::Mat moved(cells, cells, CV_32FC1, cv::Scalar(0.0));
+    if (old.size() > 0) {
+      const Eigen::Vector2d by = (window_.origin - old.origin) / kResolutionM;
+      const cv::Rect whole(0, 0, cells, cells);
+      const cv::Point shift(static_cast<int>(std::lround(by.x())),
+                            static_cast<int>(std::lround(by.y())));
+      const cv::Rect kept = whole & (whole + shift);
+      if (!kept.empty()) (*layer)(kept).copyTo(moved(kept - shift));
+    }
+    *layer = moved;
+  }
+}
 
-  // The cells round an obstacle are never sure to be free. It is what tells how near one may come
-  // there.
-  cv::Mat not_near_obstacle;
-  cv::erode(obstacles_, not_near_obstacle, cv::Mat());
-  seen_.setTo(255, not_near_obstacle == 0);
-  // A cell that is partly floor counts as seen, even if the rest of it is something that was not:
-  // the border of what was seen does not count.
-  cv::erode(seen_, seen_, cv::Mat());
+void Surroundings::Update(Instant now, const Pose2& local_from_base) {
+  now_s_ = std::chrono::duration<float>(now.steady).count();
+  base_ = local_from_base.translation();
+  if (grid_ && SecondsSince(now, grid_at_) > kGridTimeoutS) {
+    grid_.reset();
+    is_grid_drawn_ = false;
+    is_changed_ = true;
+  }
+  const Eigen::Vector2d middle = window_.origin + Eigen::Vector2d::Constant(0.5 * kWindowSideM);
+  if (window_.size() == 0 || (base_ - middle).norm() > kMoveWindowM) {
+    MoveWindow(base_);
+    is_grid_drawn_ = false;
+    is_changed_ = true;
+  }
+  if (!has_started_) AddStand(base_, robot_.radius_m + kFirstStandM, kFirstStandS);
+  has_started_ = true;
+  AddStand(base_, robot_.radius_m, kStandS);
+  if (!is_changed_) return;
+  is_changed_ = false;
+  if (!is_grid_drawn_) DrawGrid();
+  seen_ = grid_seen_ | (seen_until_ > now_s_);
+  grid_obstacles_.copyTo(obstacles_);
+  if (scan_) AddScan();
+  obstacles_.setTo(0, hidden_until_ > now_s_);
+
+  cv::Mat far_from_obstacles;
+  cv::erode(obstacles_, far_from_obstacles, cv::Mat(), {-1, -1}, kBesideObstacleCells);
+  seen_.setTo(255, far_from_obstacles == 0);
+  cv::erode(seen_, seen_, cv::Mat(), {-1, -1}, kBorderCells);
 
   if (cv::countNonZero(obstacles_) == window_.size()) {
     clearance_ = cv::Mat(window_.height, window_.width, CV_32FC1, cv::Scalar(kNothingNearM));
@@ -92,16 +131,36 @@ void Surroundings::Update(const Pose2& local_from_base) {
   }
 }
 
+void Surroundings::AddStand(const Eigen::Vector2d& base, double radius_m, double seconds) {
+  constexpr int kFractionBits = 8;
+  constexpr double kFractions = 1 << kFractionBits;
+  const Eigen::Vector2d cell =
+      (base - window_.origin) / kResolutionM - Eigen::Vector2d::Constant(0.5);
+  const cv::Point middle(static_cast<int>(std::lround(kFractions * cell.x())),
+                         static_cast<int>(std::lround(kFractions * cell.y())));
+  const int radius = static_cast<int>(std::lround(kFractions * radius_m / kResolutionM));
+  cv::circle(seen_until_, middle, radius, cv::Scalar(now_s_ + seconds), cv::FILLED, cv::LINE_8,
+             kFractionBits);
+}
+
 void Surroundings::DrawGrid() {
+  is_grid_drawn_ = true;
+  grid_seen_ = cv::Mat(window_.height, window_.width, CV_8UC1, cv::Scalar(0));
+  grid_obstacles_ = cv::Mat(window_.height, window_.width, CV_8UC1, cv::Scalar(255));
+  if (!grid_) return;
   const Pose2 grid_from_local = local_from_grid_.Inverse();
+  // A cell on along a row is the same step everywhere.
+  const double turn = grid_from_local.theta;
+  const Eigen::Vector2d step = kResolutionM * Eigen::Vector2d(std::cos(turn), std::sin(turn));
   for (int row = 0; row < window_.height; ++row) {
+    const Eigen::Vector2d first = grid_from_local * window_.Centre(0, row);
     for (int column = 0; column < window_.width; ++column) {
-      const int cell = grid_->grid.IndexAt(grid_from_local * window_.Centre(column, row));
+      const int cell = grid_->grid.IndexAt(first + column * step);
       if (cell < 0) continue;
       const std::uint8_t occupancy = grid_->occupancy[static_cast<std::size_t>(cell)];
       if (occupancy >= SeenGrid::kOccupiedFrom && occupancy != SeenGrid::kUnknown)
-        obstacles_.at<std::uint8_t>(row, column) = 0;
-      if (occupancy <= kFreeUpTo) seen_.at<std::uint8_t>(row, column) = 255;
+        grid_obstacles_.at<std::uint8_t>(row, column) = 0;
+      if (occupancy <= kFreeUpTo) grid_seen_.at<std::uint8_t>(row, column) = 255;
     }
   }
 }
@@ -112,46 +171,71 @@ void Surroundings::MarkOccupied(const Eigen::Vector2d& point) {
   if (window_.Contains(column, row)) obstacles_.at<std::uint8_t>(row, column) = 0;
 }
 
-// Whether something that is known stands along this direction of the scan within the range.
-bool Surroundings::IsExplained(const Eigen::Vector2d& direction, double range_m) const {
-  for (double range = 0.0; range < range_m + kResolutionM; range += 0.5 * kResolutionM) {
-    const Eigen::Vector2d point = local_from_scan_ * Eigen::Vector2d(range * direction);
-    const int column = window_.Column(point.x());
-    const int row = window_.Row(point.y());
-    if (window_.Contains(column, row) && obstacles_.at<std::uint8_t>(row, column) == 0) return true;
-  }
-  return false;
-}
-
-void Surroundings::DrawScan(const Pose2& local_from_base) {
+void Surroundings::AddScan() {
+  const auto until_s = static_cast<float>(now_s_ + kSightS);
   for (std::size_t ray = 0; ray < scan_->ranges_m.size(); ++ray) {
-    const double bearing = scan_->Bearing(ray);
+    const double bearing = local_from_scan_.theta + scan_->Bearing(ray);
     const Eigen::Vector2d direction(std::cos(bearing), std::sin(bearing));
     const double seen = scan_->ground_seen_m[ray];
-    for (double range = 0.0; range < seen; range += 0.5 * kResolutionM) {
-      const Eigen::Vector2d point = local_from_scan_ * Eigen::Vector2d(range * direction);
+    const double range = scan_->ranges_m[ray];
+    for (double way = 0.0; way < seen; way += 0.5 * kResolutionM) {
+      const Eigen::Vector2d point = local_from_scan_.translation() + way * direction;
       const int column = window_.Column(point.x());
       const int row = window_.Row(point.y());
       if (!window_.Contains(column, row)) break;
       seen_.at<std::uint8_t>(row, column) = 255;
+      seen_until_.at<float>(row, column) = std::max(seen_until_.at<float>(row, column), until_s);
+      // It would hide the floor behind it.
+      hidden_until_.at<float>(row, column) = 0.0F;
     }
-    const double range = scan_->ranges_m[ray];
     if (!std::isfinite(range)) continue;
     if (seen > 0.0) {
-      MarkOccupied(local_from_scan_ * Eigen::Vector2d((range + 0.5 * kResolutionM) * direction));
-    } else if (!IsExplained(direction, range)) {
-      // It stands at this range or anywhere nearer, outside the robot: the nearest place is the one
-      // to reckon with.
-      MarkOccupied(local_from_scan_ * Eigen::Vector2d(range * direction));
-      for (double nearer = 0.0; nearer < range; nearer += kResolutionM) {
-        const Eigen::Vector2d point = local_from_scan_ * Eigen::Vector2d(nearer * direction);
-        if ((point - local_from_base.translation()).norm() < robot_.radius_m + kResolutionM)
-          continue;
-        MarkOccupied(point);
-        break;
+      MarkOccupied(local_from_scan_.translation() + (range + 0.5 * kResolutionM) * direction);
+    } else {
+      AddBlindHits(direction, range);
+    }
+  }
+}
+
+// Not even the nearest visible pixel is floor. What is there stands at this range or anywhere
+// nearer, outside the robot. Unless it is known already, it is where the floor was not seen, and
+// where all of it was, somebody has stepped in: then the nearest place is the one to reckon with.
+void Surroundings::AddBlindHits(const Eigen::Vector2d& direction, double range_m) {
+  std::optional<Eigen::Vector2d> nearest;
+  std::optional<Eigen::Vector2d> unseen;
+  for (double way = 0.0; way < range_m + kResolutionM; way += 0.5 * kResolutionM) {
+    const Eigen::Vector2d point = local_from_scan_.translation() + way * direction;
+    const int column = window_.Column(point.x());
+    const int row = window_.Row(point.y());
+    if (!window_.Contains(column, row)) break;
+    if (obstacles_.at<std::uint8_t>(row, column) == 0) return;
+    float& hidden_until = hidden_until_.at<float>(row, column);
+    const bool is_known = hidden_until > now_s_;
+    if (is_known) hidden_until = static_cast<float>(now_s_ + kHiddenS);
+    if (is_known) return;
+    if ((point - base_).norm() < robot_.radius_m + kResolutionM) continue;
+    if (!nearest) nearest = point;
+    if (!unseen && seen_.at<std::uint8_t>(row, column) == 0) unseen = point;
+  }
+  if (!nearest) nearest = local_from_scan_.translation() + range_m * direction;
+  const Eigen::Vector2d place = unseen.value_or(*nearest);
+  const int column = window_.Column(place.x());
+  const int row = window_.Row(place.y());
+  if (window_.Contains(column, row)) {
+    hidden_until_.at<float>(row, column) = static_cast<float>(now_s_ + kHiddenS);
+  }
+}
+
+std::vector<Eigen::Vector2d> Surroundings::Hidden() const {
+  std::vector<Eigen::Vector2d> middles;
+  for (int row = 0; row < hidden_until_.rows; ++row) {
+    for (int column = 0; column < hidden_until_.cols; ++column) {
+      if (hidden_until_.at<float>(row, column) > now_s_) {
+        middles.push_back(window_.Centre(column, row));
       }
     }
   }
+  return middles;
 }
 
 double Surroundings::Clearance(const Eigen::Vector2d& point) const {
@@ -203,10 +287,10 @@ ArcView LookAlong(const Surroundings& surroundings, const RobotOptions& robot,
                   double length_m, double margin_m) {
   const double at_start = surroundings.Clearance(local_from_base.translation());
   const double needed = NeededClearance(at_start, robot.radius_m, margin_m);
-  ArcView view{length_m, length_m, at_start - robot.radius_m};
+  ArcView view{length_m, length_m, std::nullopt, at_start - robot.radius_m};
   const double rim_m = robot.radius_m + margin_m;
   Pose2 pose = local_from_base;
-  const double step = 0.5 * kResolutionM;
+  constexpr double step = 0.025;
   for (double way = step; way <= length_m; way += step) {
     // Middle of the arc's piece: exact enough at steps of centimetres.
     const double heading = pose.theta + 0.5 * direction * step * curvature_per_m;
@@ -221,8 +305,9 @@ ArcView LookAlong(const Surroundings& surroundings, const RobotOptions& robot,
     // The leading half of the rim is what comes to new floor.
     for (const Eigen::Vector2d& direction_on_rim : kLeadingRim) {
       const Eigen::Vector2d rim = pose * Eigen::Vector2d(direction * rim_m * direction_on_rim);
-      if ((rim - local_from_base.translation()).norm() < robot.radius_m + kOwnPlaceM) continue;
-      if (!surroundings.IsSeen(rim)) view.seen_m = std::min(view.seen_m, way - step);
+      if (view.unseen || surroundings.IsSeen(rim)) continue;
+      view.unseen = rim;
+      view.seen_m = way - step;
     }
     if (view.free_m < way && view.seen_m < way) break;
   }

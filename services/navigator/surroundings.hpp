@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <vector>
 
 #include "services/navigator/types.hpp"
 
@@ -16,16 +17,19 @@ class Surroundings {
  public:
   explicit Surroundings(const RobotOptions& robot) : robot_(robot) {}
 
-  void SetGrid(SeenGrid grid, const Pose2& local_from_robot);
+  void SetGrid(Instant now, SeenGrid grid, const Pose2& local_from_robot);
   void SetScan(Scan scan, const Pose2& local_from_robot);
+  // The local frame is a new one: nothing that was seen can be placed any more.
   void Clear();
-  // Draws the map around the robot anew if anything has changed since.
-  void Update(const Pose2& local_from_base);
+  // Draws the map around the robot anew if anything has changed since. A GRID that is followed by
+  // no other is dropped: it would go on to vouch for floor that somebody may have stepped on.
+  void Update(Instant now, const Pose2& local_from_base);
 
   // From a point to the nearest cell that is occupied, m; large where there is none around. 0
   // outside the map.
   double Clearance(const Eigen::Vector2d& point) const;
-  // Whether the floor at a point has been seen, or an obstacle just beside it.
+  // Whether the floor at a point has been seen, or an obstacle just beside it, or the robot itself
+  // has stood there lately.
   bool IsSeen(const Eigen::Vector2d& point) const;
   // Whether something stands on the straight line between two points.
   bool IsObstructed(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
@@ -33,32 +37,51 @@ class Surroundings {
   // none.
   double NearestInScan(const Pose2& local_from_base) const;
 
+  // Middles of the cells where something stands that GRID cannot know: too near for the camera.
+  std::vector<Eigen::Vector2d> Hidden() const;
+
   const std::optional<SeenGrid>& grid() const { return grid_; }
   const Pose2& local_from_grid() const { return local_from_grid_; }
 
  private:
+  void MoveWindow(const Eigen::Vector2d& middle);
   void DrawGrid();
-  void DrawScan(const Pose2& local_from_base);
+  // Takes over what the newest scan shows.
+  void AddScan();
+  void AddBlindHits(const Eigen::Vector2d& direction, double range_m);
+  // Marks a disc as seen for a time.
+  void AddStand(const Eigen::Vector2d& base, double radius_m, double seconds);
   void MarkOccupied(const Eigen::Vector2d& point);
-  bool IsExplained(const Eigen::Vector2d& direction, double range_m) const;
 
   RobotOptions robot_;
   std::optional<SeenGrid> grid_;
+  Instant grid_at_;
   Pose2 local_from_grid_;
   std::optional<Scan> scan_;
   Pose2 local_from_scan_;
   bool is_changed_ = false;
+  bool has_started_ = false;
+  float now_s_ = 0.0F;  // steady time
+  Eigen::Vector2d base_ = Eigen::Vector2d::Zero();
 
   GridGeometry window_;  // around the robot
-  cv::Mat seen_;         // CV_8UC1: non-zero where the floor was seen
-  cv::Mat obstacles_;    // CV_8UC1: zero where occupied
-  cv::Mat clearance_;    // CV_32FC1, m
+  // What lasts, in steady seconds until when it holds; CV_32FC1.
+  cv::Mat seen_until_;    // the floor was shown by a scan, or the robot has stood there
+  cv::Mat hidden_until_;  // something stands here or just beyond, too near for the camera
+  bool is_grid_drawn_ = false;
+  cv::Mat grid_seen_;  // what GRID says, as seen_ and obstacles_
+  cv::Mat grid_obstacles_;
+  // Drawn anew with each change.
+  cv::Mat seen_;       // CV_8UC1: non-zero where the floor was seen
+  cv::Mat obstacles_;  // CV_8UC1: zero where occupied
+  cv::Mat clearance_;  // CV_32FC1, m
 };
 
 // What lies along the arc that a velocity leads to.
 struct ArcView {
-  double free_m = 0.0;       // that the disc can go before it touches something
-  double seen_m = 0.0;       // that it can go before any of it reaches floor that was not seen
+  double free_m = 0.0;  // that the disc can go before it touches something
+  double seen_m = 0.0;  // that it can go before any of it reaches floor that was not seen
+  std::optional<Eigen::Vector2d> unseen;  // the first such floor, local frame
   double clearance_m = 0.0;  // least distance of the disc's edge to an obstacle on the way
 };
 // Follows the arc for `length_m`. `curvature_per_m`: positive to the left; `direction` +1 ahead, -1

@@ -12,8 +12,6 @@ constexpr float kHit = 0.9F;
 constexpr float kMiss = -0.5F;
 constexpr float kMaxLogOdds = 3.0F;
 constexpr float kForgotten = 0.05F;
-// Cells from here on count as known obstacles when the blind zone is interpreted.
-constexpr float kKnownOccupied = 1.0F;
 
 constexpr double kRecentreFraction = 1.0 / 8.0;  // of the grid's side
 constexpr double kMotionWaitS = 0.3;
@@ -96,20 +94,18 @@ void OccupancyMap::Integrate(const VirtualScan& scan, const RayCaster& caster, d
       say(cell_at(range), static_cast<float>(weight) * kMiss);
     }
 
-    bool is_explained = false;
     for (double range = 0.0; range < nearest; range += step) {
       const int cell = cell_at(range);
       if (cell < 0) continue;
       const float known = log_odds_[static_cast<std::size_t>(cell)];
-      if (known > kKnownOccupied) is_explained = true;
       // Anything tall between the robot and the picture's lower border would hide the ground beyond
       // it. Low things may stand there, so that what is known of them stays.
       if (seen > 0.0 && known <= 0.0F) say(cell, 0.5F * kMiss);
     }
     if (!is_hit) continue;
-    // Not even the nearest visible pixel is ground: it may well be something that is known already
-    // and now stands in the blind zone.
-    if (seen == 0.0 && is_explained) continue;
+    // Not even the nearest visible pixel is ground: what stands there is nearer by nobody knows how
+    // much, and often something that is known already.
+    if (seen == 0.0) continue;
     const double range = scan.ranges_m[ray];
     const double weight = 1.0 / (1.0 + caster.PixelSpan(range) / grid_.resolution_m);
     say(cell_at(range + 0.5 * grid_.resolution_m), static_cast<float>(weight) * kHit);

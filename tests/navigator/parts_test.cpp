@@ -152,7 +152,7 @@ TEST(Surroundings, FreeWayIsMeasuredForTheDisc) {
   Surroundings surroundings(robot);
   const Pose2 base;
   surroundings.SetScan(FlatScan(1, 1.5F, true), base);
-  surroundings.Update(base);
+  surroundings.Update({}, base);
   const ArcView view = LookAlong(surroundings, robot, base, 0.0, 1, 3.0, 0.0);
   EXPECT_NEAR(view.free_m, 1.5 - robot.radius_m, 0.08);
   // To the side nothing was seen.
@@ -165,7 +165,7 @@ TEST(Surroundings, SeenFloorEndsWhereTheScanEnds) {
   RobotOptions robot;
   Surroundings surroundings(robot);
   surroundings.SetScan(FlatScan(1, 2.0F, false), {});
-  surroundings.Update({});
+  surroundings.Update({}, {});
   const ArcView view = LookAlong(surroundings, robot, {}, 0.0, 1, 3.0, 0.0);
   EXPECT_EQ(view.free_m, 3.0);
   EXPECT_NEAR(view.seen_m, 2.0 - robot.radius_m, 0.15);
@@ -177,7 +177,7 @@ TEST(Surroundings, ObstacleThatMayBeNearerIsTakenAsNear) {
   Scan scan = FlatScan(1, 0.6F, true);
   scan.ground_seen_m.assign(121, 0.0F);  // not even the nearest visible pixel is ground
   surroundings.SetScan(scan, {});
-  surroundings.Update({});
+  surroundings.Update({}, {});
   EXPECT_LT(LookAlong(surroundings, robot, {}, 0.0, 1, 1.0, 0.0).free_m, 0.1);
 }
 
@@ -185,7 +185,7 @@ TEST(Surroundings, MayMoveAwayFromWhatItTouches) {
   RobotOptions robot;
   Surroundings surroundings(robot);
   surroundings.SetScan(FlatScan(1, 0.27F, true), {});
-  surroundings.Update({});
+  surroundings.Update({}, {});
   EXPECT_LT(LookAlong(surroundings, robot, {}, 0.0, 1, 0.5, 0.05).free_m, 0.08);
   EXPECT_EQ(LookAlong(surroundings, robot, {}, 0.0, -1, 0.5, 0.05).free_m, 0.5);
 }
@@ -200,7 +200,7 @@ class SafetyMonitorTest : public ::testing::Test {
     monitor_.OnScan(clock_.Now(), scan, {});
     monitor_.OnPose(clock_.Now(), clock_.Now().utime, {});
     surroundings_.SetScan(scan, {});
-    surroundings_.Update({});
+    surroundings_.Update(clock_.Now(), {});
   }
   SafetyMonitor::Verdict Pass(const Velocity& wanted) {
     clock_.Advance(std::chrono::milliseconds(50));

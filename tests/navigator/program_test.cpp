@@ -49,8 +49,8 @@ resume_file = "call"
 )");
   }
 
-  // A robot that stands at (2, 3), looks along x, and sees free floor, also beside itself: it stands
-  // still and has no other way to know that floor.
+  // A robot that stands at (2, 3), looks along x, and sees free floor, also beside itself: it
+  // stands still and has no other way to know that floor.
   void Feed(double x = 2.0) {
     const Utime utime = SystemClock().Now().utime;
     bus_.Publish(channels::kRobotPose, MessageFromPose(utime, {x, 3.0, 0.0}, 0.0, 0.0));
