@@ -29,6 +29,9 @@ constexpr int kBorderCells = 2;
 // By so much the clearance may seem to shrink along a way that keeps it.
 constexpr double kSlackM = 0.005;
 constexpr double kTouchM = 0.01;
+// Of the cells, in which OpenCV draws.
+constexpr int kFractionBits = 8;
+constexpr double kFractions = 1 << kFractionBits;
 
 // Unit vectors from 80 degrees right to 80 degrees left of ahead.
 const std::array<Eigen::Vector2d, 9> kLeadingRim = [] {
@@ -132,14 +135,8 @@ void Surroundings::Update(Instant now, const Pose2& local_from_base) {
 }
 
 void Surroundings::AddStand(const Eigen::Vector2d& base, double radius_m, double seconds) {
-  constexpr int kFractionBits = 8;
-  constexpr double kFractions = 1 << kFractionBits;
-  const Eigen::Vector2d cell =
-      (base - window_.origin) / kResolutionM - Eigen::Vector2d::Constant(0.5);
-  const cv::Point middle(static_cast<int>(std::lround(kFractions * cell.x())),
-                         static_cast<int>(std::lround(kFractions * cell.y())));
   const int radius = static_cast<int>(std::lround(kFractions * radius_m / kResolutionM));
-  cv::circle(seen_until_, middle, radius, cv::Scalar(now_s_ + seconds), cv::FILLED, cv::LINE_8,
+  cv::circle(seen_until_, Pixel(base), radius, cv::Scalar(now_s_ + seconds), cv::FILLED, cv::LINE_8,
              kFractionBits);
 }
 
@@ -171,26 +168,40 @@ void Surroundings::MarkOccupied(const Eigen::Vector2d& point) {
   if (window_.Contains(column, row)) obstacles_.at<std::uint8_t>(row, column) = 0;
 }
 
+cv::Point Surroundings::Pixel(const Eigen::Vector2d& point) const {
+  const Eigen::Vector2d cell =
+      (point - window_.origin) / kResolutionM - Eigen::Vector2d::Constant(0.5);
+  return {static_cast<int>(std::lround(kFractions * cell.x())),
+          static_cast<int>(std::lround(kFractions * cell.y()))};
+}
+
 void Surroundings::AddScan() {
-  const auto until_s = static_cast<float>(now_s_ + kSightS);
+  const auto direction_at = [&](double bearing_rad) {
+    const double heading = local_from_scan_.theta + bearing_rad;
+    return Eigen::Vector2d(std::cos(heading), std::sin(heading));
+  };
+  const Eigen::Vector2d camera = local_from_scan_.translation();
+  const double half_step = 0.5 * scan_->bearing_step_rad;
+  cv::Mat floor(window_.height, window_.width, CV_8UC1, cv::Scalar(0));
   for (std::size_t ray = 0; ray < scan_->ranges_m.size(); ++ray) {
-    const double bearing = local_from_scan_.theta + scan_->Bearing(ray);
-    const Eigen::Vector2d direction(std::cos(bearing), std::sin(bearing));
-    const double seen = scan_->ground_seen_m[ray];
+    const double seen = std::min<double>(scan_->ground_seen_m[ray], kWindowSideM);
+    if (seen <= 0.0) continue;
+    const double bearing = scan_->Bearing(ray);
+    const std::array<cv::Point, 3> wedge = {
+        Pixel(camera), Pixel(camera + seen * direction_at(bearing - half_step)),
+        Pixel(camera + seen * direction_at(bearing + half_step))};
+    cv::fillConvexPoly(floor, wedge.data(), 3, cv::Scalar(255), cv::LINE_8, kFractionBits);
+  }
+  seen_ |= floor;
+  seen_until_.setTo(now_s_ + kSightS, floor);
+  hidden_until_.setTo(0.0, floor);  // it would hide the floor behind it
+
+  for (std::size_t ray = 0; ray < scan_->ranges_m.size(); ++ray) {
     const double range = scan_->ranges_m[ray];
-    for (double way = 0.0; way < seen; way += 0.5 * kResolutionM) {
-      const Eigen::Vector2d point = local_from_scan_.translation() + way * direction;
-      const int column = window_.Column(point.x());
-      const int row = window_.Row(point.y());
-      if (!window_.Contains(column, row)) break;
-      seen_.at<std::uint8_t>(row, column) = 255;
-      seen_until_.at<float>(row, column) = std::max(seen_until_.at<float>(row, column), until_s);
-      // It would hide the floor behind it.
-      hidden_until_.at<float>(row, column) = 0.0F;
-    }
     if (!std::isfinite(range)) continue;
-    if (seen > 0.0) {
-      MarkOccupied(local_from_scan_.translation() + (range + 0.5 * kResolutionM) * direction);
+    const Eigen::Vector2d direction = direction_at(scan_->Bearing(ray));
+    if (scan_->ground_seen_m[ray] > 0.0F) {
+      MarkOccupied(camera + (range + 0.5 * kResolutionM) * direction);
     } else {
       AddBlindHits(direction, range);
     }

@@ -52,6 +52,8 @@ class Surroundings {
   // Marks a disc as seen for a time.
   void AddStand(const Eigen::Vector2d& base, double radius_m, double seconds);
   void MarkOccupied(const Eigen::Vector2d& point);
+  // For OpenCV's drawing functions, in fractions of cells.
+  cv::Point Pixel(const Eigen::Vector2d& point) const;
 
   RobotOptions robot_;
   std::optional<SeenGrid> grid_;
