@@ -18,7 +18,7 @@ namespace {
 const std::set<std::string> kRobotFileTables = {
     "lcm",           "runtime",        "site",           "camera",          "robot",
     "beacon_reader", "rssi_localizer", "camera_grabber", "ground_detector", "range_caster",
-    "navigator",     "simulate_robot"};
+    "navigator",     "simulate_robot", "base_adapter"};
 
 std::string Where(const std::filesystem::path& file, const toml::node* node) {
   const auto line = node != nullptr ? node->source().begin.line : 0;

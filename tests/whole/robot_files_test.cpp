@@ -4,6 +4,7 @@
 #include <fstream>
 #include <set>
 #include <sstream>
+#include <vector>
 
 #include "tests/support/process.hpp"
 #include "tests/support/support.hpp"
@@ -56,8 +57,11 @@ TEST_F(RobotFilesTest, TheExampleHasEveryKeyWithItsDefault) {
   const std::string example = RobotFile("example.toml");
   const std::string least =
       "[site]\nfolder = 'site'\n[camera]\ncalibration = 'camera.toml'\n"
-      "[beacon_reader]\ndevice = '/dev/serial/by-id/usb-xbee'\n";
-  for (const char* service : kServices) {
+      "[beacon_reader]\ndevice = '/dev/serial/by-id/usb-xbee'\n"
+      "[base_adapter]\ndevice = '/dev/serial/by-id/usb-base'\n";
+  std::vector<std::string> programs(std::begin(kServices), std::end(kServices));
+  programs.emplace_back("base_adapter");
+  for (const std::string& service : programs) {
     const auto defaults = Effective(service, least);
     EXPECT_EQ(Effective(service, example), defaults) << service;
     for (const std::string& line : defaults) {
