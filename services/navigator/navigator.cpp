@@ -18,6 +18,7 @@ constexpr double kGoalMovedM = 0.25;
 constexpr double kRouteEndM = 0.12;
 constexpr double kStandingMps = 0.02;
 constexpr double kMaxTickS = 0.2;
+constexpr double kFindItselfS = 180.0;
 
 // Patience with whatever is in the way: people walk on.
 constexpr double kWaitForObstacleS = 4.0;
@@ -84,7 +85,8 @@ Navigator::Navigator(const NavigatorOptions& options, const FloorPlan& plan)
       monitor_(options.robot, options.safety),
       surroundings_(options.robot),
       frame_(options.robot),
-      destination_(options.arrival) {}
+      destination_(options.arrival),
+      wanderer_(options.robot, options.follower.margin_m) {}
 
 void Navigator::OnCall(Instant now, const Call& call) {
   if (call.kind == Call::Kind::kTag && call.tag.empty()) {
@@ -96,6 +98,8 @@ void Navigator::OnCall(Instant now, const Call& call) {
   DropRoute();
   FollowAgain(now);
   recoveries_ = 0;
+  posed_or_called_ = now;
+  finding_since_.reset();
   no_progress_s_ = 0.0;
   nearest_to_go_m_ = std::numeric_limits<double>::infinity();
   status_ = {};
@@ -127,6 +131,7 @@ void Navigator::OnPose(Instant now, Utime utime, const Pose2& map_from_robot) {
   const Pose2 correction =
       map_from_local_ ? (*map_from_local_ * local_from_robot).Inverse() * map_from_robot : Pose2{};
   monitor_.OnPose(now, utime, correction);
+  posed_or_called_ = now;
   map_from_local_ = map_from_local;
 }
 
@@ -178,18 +183,23 @@ Velocity Navigator::Tick(Instant now) {
   status_.nearest_obstacle_m = surroundings_.NearestInScan(local_from_base);
 
   Velocity wanted;
+  bool finds_itself = false;
   if (ActiveCall()) {
     status_.state = NavigatorState::kDriving;
     status_.stop_reason.clear();
     status_.detail.clear();
     const std::string blocker = monitor_.Blocker(now);
+    finds_itself = SafetyMonitor::IsWithoutPose(blocker) && options_.find_itself_after_s > 0.0 &&
+                   SecondsSince(now, posed_or_called_) > options_.find_itself_after_s;
+    if (finds_itself) wanted = FindItself(now, local_from_base);
     if (blocker.empty()) {
+      StopFindingItself(now);
       no_progress_s_ += elapsed_s;
       wanted = Drive(now, local_from_base);
     }
   }
   const SafetyMonitor::Verdict verdict =
-      monitor_.Pass(now, elapsed_s, wanted, surroundings_, local_from_base);
+      monitor_.Pass(now, elapsed_s, wanted, surroundings_, local_from_base, !finds_itself);
   if (ActiveCall() && !verdict.reason.empty()) {
     ReportStop(verdict.reason, "stopped by the safety monitor");
   }
@@ -354,6 +364,51 @@ void Navigator::FollowAgain(Instant now) {
   follower_.Reset();
   blocked_since_.reset();
   moved_at_ = now;
+}
+
+// Looks round, and then goes where the floor is free and it has not been, looking round again where
+// that leads nowhere.
+Velocity Navigator::FindItself(Instant now, const Pose2& local_from_base) {
+  if (!finding_since_) {
+    finding_since_ = now;
+    // What was seen lies in wrong places of the map if the robot did not know where it was.
+    map_from_local_.reset();
+    planner_.ForgetSeen();
+    DropRoute();
+    status_.route.clear();
+    wanderer_.Clear();
+    StartLookingAround(local_from_base);
+  }
+  if (SecondsSince(now, *finding_since_) > kFindItselfS) {
+    Finish(NavigatorState::kGaveUp, "the robot does not find itself on the map");
+    return {};
+  }
+  status_.detail = "looking for itself on the map";
+  if (maneuver_ == Maneuver::kLookAround) return LookAround(local_from_base);
+  if (!route_.empty()) {
+    const Step step = follower_.Follow(route_, local_from_base, surroundings_);
+    if (step.blocked_by.empty() && step.distance_to_go_m > kRouteEndM) return step.velocity;
+  }
+  DropRoute();
+  if (const auto place = wanderer_.NextPlace(local_from_base, surroundings_)) {
+    route_ = {local_from_base.translation(), *place};
+  } else {
+    StartLookingAround(local_from_base);
+  }
+  return {};
+}
+
+void Navigator::StopFindingItself(Instant now) {
+  if (!finding_since_) return;
+  finding_since_.reset();
+  DropRoute();
+  FollowAgain(now);
+}
+
+void Navigator::StartLookingAround(const Pose2& local_from_base) {
+  maneuver_ = Maneuver::kLookAround;
+  last_heading_ = local_from_base.theta;
+  turned_rad_ = 0.0;
 }
 
 Velocity Navigator::LookAround(const Pose2& local_from_base) {

@@ -15,6 +15,7 @@
 #include "services/navigator/safety_monitor.hpp"
 #include "services/navigator/surroundings.hpp"
 #include "services/navigator/types.hpp"
+#include "services/navigator/wanderer.hpp"
 
 namespace beckon {
 
@@ -26,6 +27,9 @@ struct NavigatorOptions {
   ArrivalOptions arrival;
   double give_up_after_s =
       60.0;  // without coming nearer, standing for the safety's sake not counted
+  // Without ROBOT_POSE for so long, a robot that is called turns and drives into free floor, so
+  // that it can be located. 0: it stands and waits.
+  double find_itself_after_s = 5.0;
 };
 
 // One call at a time. Inputs are handed in as they arrive, Tick() turns them into a command. All
@@ -57,6 +61,9 @@ class Navigator {
   enum class Maneuver { kFollow, kLookAround, kBackOut };
 
   Velocity Drive(Instant now, const Pose2& local_from_base);
+  Velocity FindItself(Instant now, const Pose2& local_from_base);
+  void StopFindingItself(Instant now);
+  void StartLookingAround(const Pose2& local_from_base);
   Velocity LookAround(const Pose2& local_from_base);
   Velocity BackOut(const Pose2& local_from_base);
   void UpdateRoute(Instant now, const Pose2& map_from_base, const RouteGoal& goal);
@@ -77,7 +84,11 @@ class Navigator {
   Destination destination_;
   NavigatorStatus status_;
 
+  Wanderer wanderer_;
+
   std::optional<Instant> ticked_;
+  Instant posed_or_called_;  // when the last pose came, or the call, whichever is later
+  std::optional<Instant> finding_since_;
   Utime scan_utime_ = 0;
   std::optional<Pose2> map_from_local_;
 

@@ -15,6 +15,7 @@ NavigatorServiceOptions ReadNavigatorServiceOptions(ConfigFile& file) {
   ReadFollowerOptions(table, options.navigator.follower);
   ReadArrivalOptions(table, options.navigator.arrival);
   table.Optional("give_up_after_s", options.navigator.give_up_after_s, Range{1.0, 3600.0});
+  table.Optional("find_itself_after_s", options.navigator.find_itself_after_s, Range{0.0, 3600.0});
   table.OptionalPath("resume_file", options.resume_file);
   table.Optional("resume_within_s", options.resume_within_s, Range{1.0, 600.0});
   return options;

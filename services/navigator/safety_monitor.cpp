@@ -141,8 +141,9 @@ Velocity SafetyMonitor::Limited(double elapsed_s, const Velocity& wanted) const 
 
 SafetyMonitor::Verdict SafetyMonitor::Pass(Instant now, double elapsed_s, const Velocity& wanted,
                                            const Surroundings& surroundings,
-                                           const Pose2& local_from_base) {
+                                           const Pose2& local_from_base, bool needs_pose) {
   Verdict verdict{wanted, Blocker(now)};
+  if (!needs_pose && IsWithoutPose(verdict.reason)) verdict.reason.clear();
   if (verdict.reason.empty() &&
       !(std::isfinite(wanted.linear_mps) && std::isfinite(wanted.angular_radps))) {
     verdict.reason = stop_reason::kCommandInvalid;

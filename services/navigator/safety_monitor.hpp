@@ -40,14 +40,20 @@ class SafetyMonitor {
 
   // What keeps the robot from moving at all; empty where nothing does.
   std::string Blocker(Instant now) const;
+  // Whether that is merely that no ROBOT_POSE comes.
+  static bool IsWithoutPose(const std::string& blocker) {
+    return blocker == stop_reason::kPoseMissing || blocker == stop_reason::kPoseStale;
+  }
 
   struct Verdict {
     Velocity velocity;   // to be sent
     std::string reason;  // of a stop that was imposed; empty where the command passed
   };
-  // `elapsed_s`: since the last call.
+  // `elapsed_s`: since the last call. `needs_pose`: false for a robot that looks for its place on
+  // the map, and may move without one.
   Verdict Pass(Instant now, double elapsed_s, const Velocity& wanted,
-               const Surroundings& surroundings, const Pose2& local_from_base);
+               const Surroundings& surroundings, const Pose2& local_from_base,
+               bool needs_pose = true);
 
   const Velocity& last() const { return last_; }
   // Length of the way to standstill, with the margin for delays, m.
