@@ -73,11 +73,14 @@ float PlanField::Range(const Eigen::Vector2f& from, const Eigen::Vector2f& direc
   // A wall may begin a cell's diagonal earlier than the distance from middle to middle says.
   constexpr float kDiagonal = 1.42F;
   constexpr float kLeastStep = 0.7F;
+  constexpr float kInWall = 2.0F;
   const auto resolution = static_cast<float>(geometry_.resolution_m);
   float column = (from.x() - static_cast<float>(geometry_.origin.x())) / resolution;
   float row = (from.y() - static_cast<float>(geometry_.origin.y())) / resolution;
   const float longest = max_range_m / resolution;
   float gone = 0.0F;
+  // A camera that seems to be in a wall stands close before it.
+  bool is_before_wall = false;
   while (gone <= longest) {
     const float x = column + gone * direction.x();
     const float y = row + gone * direction.y();
@@ -86,7 +89,11 @@ float PlanField::Range(const Eigen::Vector2f& from, const Eigen::Vector2f& direc
     const auto cell_y = static_cast<int>(y);
     if (!geometry_.Contains(cell_x, cell_y)) break;
     const float distance = distance_[static_cast<std::size_t>(geometry_.Index(cell_x, cell_y))];
-    if (distance < 0.5F) return gone * resolution;
+    if (distance >= 0.5F) {
+      is_before_wall = true;
+    } else if (is_before_wall || gone > kInWall) {
+      return gone * resolution;
+    }
     gone += std::max(kLeastStep, distance - kDiagonal);
   }
   return std::numeric_limits<float>::infinity();

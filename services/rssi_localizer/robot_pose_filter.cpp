@@ -43,8 +43,7 @@ constexpr double kClusterRad = 0.35;
 constexpr double kLocatedShare = 0.9;
 constexpr double kLostShare = 0.5;
 constexpr double kAgreeViews = 3.0;
-// A pose that explains the last views so much worse than any pose at all is wrong, log.
-constexpr double kContradiction = -2.0;
+constexpr int kEvidenceParticles = 40;
 
 std::int64_t BinOf(const Pose2& pose, double side_m, double side_rad) {
   const auto x = static_cast<std::int64_t>(std::floor(pose.x / side_m));
@@ -212,18 +211,29 @@ int RobotPoseFilter::RadioCell(const Eigen::Vector2d& point) const {
   return radio_cell_[static_cast<std::size_t>(geometry.Index(column, row))];
 }
 
+// log p(the newest views | what the filter believes), over some of the particles.
+double RobotPoseFilter::LogEvidence(std::size_t views) {
+  double sum = 0.0;
+  double most = -std::numeric_limits<double>::infinity();
+  for (const std::size_t i : SystematicDraw(Weights(), kEvidenceParticles, random_)) {
+    const double here = recent_.LogLikelihood(scan_model_, particles_[i].map_from_robot, views);
+    sum = here > most ? sum * std::exp(most - here) + 1.0 : sum + std::exp(here - most);
+    most = std::max(most, here);
+  }
+  return most + std::log(sum / kEvidenceParticles);
+}
+
 void RobotPoseFilter::MixProposals() {
   since_proposals_ = 0.0;
   const std::size_t views = is_located_ ? kViewsWhileLocated : kViewsAtMost;
   Proposals proposals = ProposePoses(grid_, radio_posterior_, scan_model_, recent_, views,
                                      options_.proposals, random_);
   if (proposals.particles.empty()) return;
-  const double own =
-      recent_.LogLikelihood(scan_model_, belief_.map_from_robot, views) + std::log(belief_.share);
+  const double own = LogEvidence(views);
   const double ratio = (is_located_ ? kCarriedAway : kMissed) *
                        std::exp(std::min(50.0, proposals.log_evidence - own));
   const double share = std::min(kMostProposed, ratio / (1.0 + ratio));
-  if (own - proposals.log_evidence < kContradiction) LoseItself();
+  if (ratio > 1.0) LoseItself();
   for (Particle& particle : particles_) particle.weight *= 1.0 - share;
   for (Particle& proposed : proposals.particles) {
     proposed.weight *= share;

@@ -37,7 +37,7 @@ struct PoseFilterOptions {
 
   // Located: for a while, nine tenths of the belief have lain within 0.5 m and 20 degrees of one
   // pose, spread no more than this. No longer located: less than half do, or spread twice as far,
-  // or the last views speak against the pose.
+  // or the last views say that it is rather somewhere else.
   double located_sd_m = 0.15;
   double located_sd_rad = 0.07;
 };
@@ -80,6 +80,7 @@ class RobotPoseFilter {
  private:
   void MoveParticles();
   void Weigh(const ScanModel::View& view, double share);
+  double LogEvidence(std::size_t views);
   void MixProposals();
   void Resample();
   void UpdateBelief();

@@ -23,13 +23,13 @@ struct RangeScan {
 struct ScanModelOptions {
   int rays = 24;              // of each scan, spread evenly; neighbours say the same
   double max_range_m = 10.0;  // farther walls are not asked for
-  double wall_sd_m = 0.08;    // of a wall's place: plan, foot of the wall in the picture, cells
+  double wall_sd_m = 0.10;    // of a wall's place: plan, foot of the wall in the picture, cells
   double wall_sd_per_m = 0.03;
-  double unmapped = 0.35;        // share of rays that end at something that is not on the plan,
-  double unmapped_mean_m = 3.0;  // on average so far away where no wall is before it
+  double unmapped = 0.5;         // share of rays that end at something that is not on the plan,
+  double unmapped_mean_m = 1.5;  // on average so far away where no wall is before it
   double through_wall = 0.03;    // share of rays that go on behind a wall of the plan
   // Rays meet the same things: as much as all of them together count. 1 = independent.
-  double trust = 0.35;
+  double trust = 0.25;
 };
 
 class ScanModel {
