@@ -386,7 +386,7 @@ Velocity Navigator::FindItself(Instant now, const Pose2& local_from_base) {
   status_.detail = "looking for itself on the map";
   if (maneuver_ == Maneuver::kLookAround) return LookAround(local_from_base);
   if (!route_.empty()) {
-    const Step step = follower_.Follow(route_, local_from_base, surroundings_);
+    const Step step = follower_.Follow(now, route_, local_from_base, surroundings_);
     if (step.blocked_by.empty() && step.distance_to_go_m > kRouteEndM) return step.velocity;
   }
   DropRoute();
