@@ -1,18 +1,23 @@
 #include "services/ground_detector/mean_shift.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <opencv2/core/hal/intrin.hpp>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 namespace beckon {
 namespace {
 
 constexpr float kDarkBelow = 0.1F;
+constexpr float kSameColour = 0.01F;  // squared, in radii of the kernel
 
-// Intensity and the chroma plane, in which saturation is the radius and hue the angle: a hue counts
-// by how much of it there is, and what is colourless lies in the middle, apart from all hues.
+// Intensity and the chroma plane, in which saturation is the radius and hue the
+// angle: a hue counts by how much of it there is, and what is colourless lies
+// in the middle, apart from all hues.
 cv::Mat ConeFromHsi(const cv::Mat& hsi) {
   cv::Mat cone(hsi.size(), CV_32FC3);
   for (int v = 0; v < hsi.rows; ++v) {
@@ -53,52 +58,107 @@ cv::Vec3f InverseRadii(const cv::Mat& cone, const MeanShiftOptions& options) {
   return {chroma_inverse, chroma_inverse, inverse(options.intensity, intensity)};
 }
 
-// Moves every cell's colour to the mode that it belongs to. `cone` is in units of the kernel's
-// radii.
+// The cells' colours channel by channel, with columns added to the right that
+// no kernel reaches, so that whole vectors can be read from any cell.
+struct Planes {
+  explicit Planes(const cv::Mat& cone) {
+    constexpr double kFar = 1e6;
+    std::vector<cv::Mat> split;
+    cv::split(cone, split);
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+      cv::copyMakeBorder(split[i], channels[i], 0, 0, 0, cv::v_float32x4::nlanes,
+                         cv::BORDER_CONSTANT, cv::Scalar(kFar));
+    }
+  }
+  std::array<cv::Mat, 3> channels;
+};
+
+// A point in the space of place and colour, and the mean of the cells in the
+// kernel around it.
+struct KernelMean {
+  float x = 0.0F;
+  float y = 0.0F;
+  cv::Vec3f colour;
+};
+
+// The shift from `centre` to that mean; false if there is no cell in the
+// kernel.
+bool MeanShift(const Planes& planes, const cv::Size& size, const KernelMean& centre, float radius,
+               KernelMean& shift) {
+  using Vector = cv::v_float32x4;
+  const int left = std::max(static_cast<int>(std::ceil(centre.x - radius)), 0);
+  const int right = std::min(static_cast<int>(centre.x + radius), size.width - 1);
+  const int top = std::max(static_cast<int>(std::ceil(centre.y - radius)), 0);
+  const int bottom = std::min(static_cast<int>(centre.y + radius), size.height - 1);
+  const Vector one = cv::v_setall_f32(1.0F);
+  const Vector nothing = cv::v_setzero_f32();
+  const Vector colour[] = {cv::v_setall_f32(centre.colour[0]), cv::v_setall_f32(centre.colour[1]),
+                           cv::v_setall_f32(centre.colour[2])};
+  Vector count = nothing;
+  Vector sum_x = nothing;
+  Vector sum_y = nothing;
+  Vector sums[] = {nothing, nothing, nothing};
+  for (int row = top; row <= bottom; ++row) {
+    const float dy = static_cast<float>(row) - centre.y;
+    const Vector reach = cv::v_setall_f32(radius * radius - dy * dy);
+    const float* cells[] = {planes.channels[0].ptr<float>(row), planes.channels[1].ptr<float>(row),
+                            planes.channels[2].ptr<float>(row)};
+    for (int column = left; column <= right; column += Vector::nlanes) {
+      const float first = static_cast<float>(column) - centre.x;
+      const Vector dx(first, first + 1.0F, first + 2.0F, first + 3.0F);
+      const Vector a = cv::v_load(cells[0] + column) - colour[0];
+      const Vector b = cv::v_load(cells[1] + column) - colour[1];
+      const Vector c = cv::v_load(cells[2] + column) - colour[2];
+      const Vector inside = ((a * a + b * b + c * c) < one) & ((dx * dx) <= reach);
+      const Vector weight = inside & one;
+      count += weight;
+      sum_x += inside & dx;
+      sum_y += weight * cv::v_setall_f32(dy);
+      sums[0] += inside & a;
+      sums[1] += inside & b;
+      sums[2] += inside & c;
+    }
+  }
+  const float cells_inside = cv::v_reduce_sum(count);
+  if (cells_inside == 0.0F) return false;
+  const float scale = 1.0F / cells_inside;
+  shift.x = scale * cv::v_reduce_sum(sum_x);
+  shift.y = scale * cv::v_reduce_sum(sum_y);
+  for (int i = 0; i < 3; ++i) shift.colour[i] = scale * cv::v_reduce_sum(sums[i]);
+  return true;
+}
+
+// Moves every cell's colour to the mode that it belongs to. `cone` is in units
+// of the kernel's radii.
 cv::Mat FindModes(const cv::Mat& cone, const MeanShiftOptions& options) {
+  const Planes planes(cone);
   cv::Mat modes(cone.size(), CV_32FC3);
-  const auto space = static_cast<float>(options.space_cells);
-  cv::parallel_for_(cv::Range(0, cone.rows), [&](const cv::Range& range) {
-    for (int v = range.start; v < range.end; ++v) {
-      for (int u = 0; u < cone.cols; ++u) {
-        float x = static_cast<float>(u);
-        float y = static_cast<float>(v);
-        cv::Vec3f colour = cone.at<cv::Vec3f>(v, u);
-        for (int iteration = 0; iteration < options.iterations; ++iteration) {
-          const int left = std::max(static_cast<int>(std::ceil(x - space)), 0);
-          const int right = std::min(static_cast<int>(x + space), cone.cols - 1);
-          const int top = std::max(static_cast<int>(std::ceil(y - space)), 0);
-          const int bottom = std::min(static_cast<int>(y + space), cone.rows - 1);
-          float sum_x = 0.0F;
-          float sum_y = 0.0F;
-          cv::Vec3f sum(0.0F, 0.0F, 0.0F);
-          float count = 0.0F;
-          for (int row = top; row <= bottom; ++row) {
-            const auto* cells = cone.ptr<cv::Vec3f>(row);
-            const float dy = static_cast<float>(row) - y;
-            for (int column = left; column <= right; ++column) {
-              const cv::Vec3f offset = cells[column] - colour;
-              const float dx = static_cast<float>(column) - x;
-              if (offset.dot(offset) >= 1.0F || dx * dx + dy * dy > space * space) continue;
-              sum_x += dx;
-              sum_y += dy;
-              sum += offset;
-              count += 1.0F;
-            }
-          }
-          if (count == 0.0F) break;
-          x += sum_x / count;
-          y += sum_y / count;
-          colour += sum * (1.0F / count);
-          if (std::abs(sum_x) + std::abs(sum_y) < 0.2F * count &&
-              sum.dot(sum) < 4e-4F * count * count) {
+  const auto radius = static_cast<float>(options.space_cells);
+  for (int v = 0; v < cone.rows; ++v) {
+    for (int u = 0; u < cone.cols; ++u) {
+      KernelMean centre{static_cast<float>(u), static_cast<float>(v), cone.at<cv::Vec3f>(v, u)};
+      for (int iteration = 0; iteration < options.iterations; ++iteration) {
+        KernelMean shift;
+        if (!MeanShift(planes, cone.size(), centre, radius, shift)) break;
+        centre.x += shift.x;
+        centre.y += shift.y;
+        centre.colour += shift.colour;
+        // From a cell that has been there before, of this very colour, the way on is known.
+        const int column = cvRound(centre.x);
+        const int row = cvRound(centre.y);
+        if (row < v || (row == v && column < u)) {
+          const cv::Vec3f difference = centre.colour - cone.at<cv::Vec3f>(row, column);
+          if (difference.dot(difference) < kSameColour) {
+            centre.colour = modes.at<cv::Vec3f>(row, column);
             break;
           }
         }
-        modes.at<cv::Vec3f>(v, u) = colour;
+        if (std::abs(shift.x) + std::abs(shift.y) < 0.2F && shift.colour.dot(shift.colour) < 4e-4F)
+          break;
       }
+      modes.at<cv::Vec3f>(v, u) = centre.colour;
     }
-  });
+  }
   return modes;
 }
 
@@ -178,7 +238,8 @@ Segmentation MeanShiftSegments(const cv::Mat& hsi, const MeanShiftOptions& optio
     if (unlikeness(a, b) < 0.25F) sets.Join(a, b);
   });
 
-  // Specks join the most similar neighbour, until there are none (each round at least halves them).
+  // Specks join the most similar neighbour, until there are none (each round at
+  // least halves them).
   std::vector<int> size(hsi.total());
   for (bool again = true; again;) {
     again = false;
@@ -223,6 +284,59 @@ Segmentation MeanShiftSegments(const cv::Mat& hsi, const MeanShiftOptions& optio
     segmentation.ids.at<int>(i / hsi.cols, i % hsi.cols) = n;
   }
   return segmentation;
+}
+
+cv::Mat RefineSegments(const cv::Mat& bgr, const Segmentation& segmentation) {
+  CV_Assert(bgr.type() == CV_8UC3);
+  const cv::Mat& ids = segmentation.ids;
+  cv::Mat cells;
+  cv::resize(bgr, cells, ids.size(), 0.0, 0.0, cv::INTER_AREA);
+  cv::Mat refined;
+  cv::resize(ids, refined, bgr.size(), 0.0, 0.0, cv::INTER_NEAREST);
+  struct Candidate {
+    int id;
+    cv::Vec3i colour;  // mean of its cells around the pixel
+    int cells;
+  };
+  std::vector<Candidate> candidates;
+  for (int row = 0; row < ids.rows; ++row) {
+    for (int column = 0; column < ids.cols; ++column) {
+      // The cells around, in so far as they belong to other segments; with
+      // one's own, that most of the cell shows, first.
+      candidates.clear();
+      for (int v = std::max(row - 1, 0); v <= std::min(row + 1, ids.rows - 1); ++v) {
+        for (int u = std::max(column - 1, 0); u <= std::min(column + 1, ids.cols - 1); ++u) {
+          const int id = ids.at<int>(v, u);
+          auto found = std::find_if(candidates.begin(), candidates.end(),
+                                    [id](const Candidate& one) { return one.id == id; });
+          if (found == candidates.end()) found = candidates.insert(found, {id, {}, 0});
+          found->colour += cv::Vec3i(cells.at<cv::Vec3b>(v, u));
+          ++found->cells;
+        }
+      }
+      if (candidates.size() < 2) continue;
+      for (Candidate& one : candidates) {
+        for (int k = 0; k < 3; ++k) one.colour[k] /= one.cells;
+      }
+      const int bottom = (row + 1) * bgr.rows / ids.rows;
+      const int right = (column + 1) * bgr.cols / ids.cols;
+      for (int v = row * bgr.rows / ids.rows; v < bottom; ++v) {
+        const auto* pixels = bgr.ptr<cv::Vec3b>(v);
+        auto* to = refined.ptr<int>(v);
+        for (int u = column * bgr.cols / ids.cols; u < right; ++u) {
+          int least = std::numeric_limits<int>::max();
+          for (const Candidate& candidate : candidates) {
+            const cv::Vec3i difference = cv::Vec3i(pixels[u]) - candidate.colour;
+            const int unlikeness = difference.dot(difference);
+            if (unlikeness >= least) continue;
+            least = unlikeness;
+            to[u] = candidate.id;
+          }
+        }
+      }
+    }
+  }
+  return refined;
 }
 
 }  // namespace beckon

@@ -45,4 +45,9 @@ struct Segmentation {
 // `hsi`: as from HsiFromBgr.
 Segmentation MeanShiftSegments(const cv::Mat& hsi, const MeanShiftOptions& options);
 
+// The segments in full resolution, CV_32SC1 of the size of `bgr` (CV_8UC3): a pixel of a cell that
+// borders on another segment goes to that segment, of those in the nine cells around it, whose
+// colour there is most like its own.
+cv::Mat RefineSegments(const cv::Mat& bgr, const Segmentation& segmentation);
+
 }  // namespace beckon

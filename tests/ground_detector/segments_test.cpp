@@ -72,6 +72,33 @@ TEST(MeanShiftSegments, KeepsTextureTogether) {
       MeanShiftSegments(HsiFromBgr(TwoHalves({130, 130, 130}, {130, 130, 130}, 6.0)), {}).count, 1);
 }
 
+TEST(RefineSegments, FindsTheBorderToThePixel) {
+  // A slanted border between two colours, which the cells of 10 x 10 pixels can only follow in
+  // steps.
+  const cv::Scalar left(40, 60, 180);
+  const cv::Scalar right(150, 140, 130);
+  cv::Mat picture(240, 320, CV_8UC3, left);
+  const auto border = [](int v) { return 143 + v / 7; };
+  for (int v = 0; v < picture.rows; ++v) {
+    picture.row(v).colRange(border(v), picture.cols).setTo(right);
+  }
+  cv::Mat cells;
+  cv::resize(picture, cells, {32, 24}, 0.0, 0.0, cv::INTER_AREA);
+  const Segmentation segments = MeanShiftSegments(HsiFromBgr(cells, 0.01F), {});
+  const cv::Mat ids = RefineSegments(picture, segments);
+  ASSERT_EQ(ids.size(), picture.size());
+  const int left_id = ids.at<int>(0, 0);
+  const int right_id = ids.at<int>(0, 319);
+  ASSERT_NE(left_id, right_id);
+  int wrong = 0;
+  for (int v = 0; v < ids.rows; ++v) {
+    for (int u = 0; u < ids.cols; ++u) {
+      wrong += ids.at<int>(v, u) != (u < border(v) ? left_id : right_id) ? 1 : 0;
+    }
+  }
+  EXPECT_LT(wrong, 24);  // a tenth of a pixel in each row
+}
+
 TEST(GroundEvidence, TellsTheFloorFromABoxAndAdmitsTheRest) {
   const GroundCamera camera = testing::TestCamera();
   testing::Scene scene;
