@@ -52,4 +52,9 @@ struct GroundCamera {
   double HorizonRow(double u) const;
 };
 
+// The camera on a body that is rotated by pitch (positive: looks further down) about the robot's y
+// axis and by roll (positive: turned clockwise as seen from behind) about its x axis, both through
+// the optical centre.
+GroundCamera Rocked(const GroundCamera& camera, double pitch_rad, double roll_rad);
+
 }  // namespace beckon

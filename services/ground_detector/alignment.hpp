@@ -1,14 +1,16 @@
-// Motion over the ground from the brightness of all its pixels (direct image alignment, Lucas and
-// Kanade 1981), with the three degrees of freedom of the plane. Finds its way by texture too faint
-// or too smooth for corners, and to a fraction of a pixel where there are some.
+// Motion over the ground from the brightness of what is known to be ground (direct image alignment,
+// Lucas and Kanade 1981; inverse compositional, Baker and Matthews 2004). Finds its way by texture
+// too faint or too smooth for corners, by the foot lines of walls and things, and to a fraction of
+// a pixel where there is more.
 #pragma once
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
+#include <span>
 #include <vector>
 
-#include "common/frames.hpp"
 #include "common/ground_camera.hpp"
+#include "services/ground_detector/motion.hpp"
 
 namespace beckon {
 
@@ -16,26 +18,51 @@ namespace beckon {
 using GreyPyramid = std::vector<cv::Mat>;
 GreyPyramid MakePyramid(const cv::Mat& grey);
 
-struct Alignment {
-  bool ok = false;  // enough pixels that agree
-  Pose2 before_from_now;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of (x, y, theta), m^2, m rad, rad^2
-  int pixels = 0;                                        // with texture, at the finest size
+// A pixel of the ground that shows some gradient.
+struct GroundSample {
+  Eigen::Vector2d point;           // m, robot frame
+  Eigen::Vector2d gradient;        // grey levels a pixel of its level
+  Eigen::Matrix2d noise_shape;     // covariance of the gradient for noise of unit variance
+  Eigen::Matrix2d pixel_by_point;  // pixels of its level, per m
+  double grey = 0.0;
+  int patch = 0;  // pixels of one patch move together, or not
 };
+// For each level of a pyramid.
+using GroundTexture = std::vector<std::vector<GroundSample>>;
 
 struct AlignmentOptions {
-  float least_gradient = 1.5F;  // grey levels a pixel; less is noise
-  int min_pixels = 150;
-  double least_signal = 1.6;  // gradients over noise, squared, in the direction that has the least
-  double max_range =
-      10.0;  // over the camera's height; farther pixels say nothing about translation
-  double pixel_correlation = 6.0;  // pixels that err as one, for the covariance
+  double least_gradient = 1.5;  // grey levels a pixel; less is noise
+  int cell_px = 6;              // of each cell of this side only the pixel with the most gradient
+  double max_range = 10.0;      // over the camera's height; texture farther away says little
+  double max_foot_range = 24.0;
+  int min_samples = 60;            // that are seen again
+  double edge_px = 0.05;           // what sampling makes of sharp edges: error over gradient
+  double correlated_pixels = 6.0;  // that err as one, for the covariance
 };
 
-// Starts from `predicted`. `from_coarse`: begins at 1/8 size, for predictions that may be far off;
-// else at 1/2. `ground`: CV_8UC1 grid over the picture, 255 where ground is expected.
-Alignment AlignGround(const GroundCamera& camera, const GreyPyramid& now, const GreyPyramid& before,
-                      const cv::Mat& ground, const Pose2& predicted, bool from_coarse,
-                      const AlignmentOptions& options);
+// What there is to align with later: ground, a little away from its borders, and the foot lines of
+// what stands on it, which are ground as well. `camera`: as it leans in this frame; `labels`:
+// GroundLabel of each pixel, CV_8UC1 at the full size.
+GroundTexture TakeGroundTexture(const GroundCamera& camera, const GreyPyramid& pyramid,
+                                const cv::Mat& labels, const AlignmentOptions& options);
+
+// An earlier frame to align with.
+struct AlignmentReference {
+  const GroundTexture* texture = nullptr;
+  Pose2 frame_from_robot;
+};
+
+struct Alignment {
+  bool ok = false;  // enough of the ground was seen again
+  BodyPose pose;
+  Matrix5d covariance = Matrix5d::Zero();  // with what the prior knows
+  int samples = 0;
+  double cost = 0.0;  // mean of truncated squares, for comparison of starts
+};
+
+// Starts from `start`, at 1/8 size if `from_coarse`, else at 1/2. At most two references.
+Alignment AlignGround(const GroundCamera& camera, const GreyPyramid& now,
+                      std::span<const AlignmentReference> references, const BodyPose& start,
+                      const MotionPrior& prior, bool from_coarse, const AlignmentOptions& options);
 
 }  // namespace beckon

@@ -7,11 +7,11 @@
 namespace beckon {
 
 const std::map<std::string, DetectorPart>& DetectorParts() {
-  static const std::map<std::string, DetectorPart> parts = {{"alignment", DetectorPart::kAlignment},
-                                                            {"parallax", DetectorPart::kParallax},
-                                                            {"colour", DetectorPart::kColour},
-                                                            {"history", DetectorPart::kHistory},
-                                                            {"borders", DetectorPart::kBorders}};
+  static const std::map<std::string, DetectorPart> parts = {
+      {"alignment", DetectorPart::kAlignment}, {"homography_check", DetectorPart::kHomographyCheck},
+      {"tilt", DetectorPart::kTilt},           {"n_frame_chain", DetectorPart::kChain},
+      {"parallax", DetectorPart::kParallax},   {"colour", DetectorPart::kColour},
+      {"history", DetectorPart::kHistory},     {"borders", DetectorPart::kBorders}};
   return parts;
 }
 

@@ -12,6 +12,7 @@
 #include "services/ground_detector/features.hpp"
 #include "services/ground_detector/mean_shift.hpp"
 #include "services/ground_detector/motion.hpp"
+#include "services/ground_detector/motion_filter.hpp"
 #include "services/ground_detector/parallax.hpp"
 #include "services/ground_detector/segment_classifier.hpp"
 #include "services/ground_detector/tracks.hpp"
@@ -20,11 +21,14 @@ namespace beckon {
 
 // Parts that can be left out, to see what each is good for.
 enum class DetectorPart {
-  kAlignment,  // motion from corners alone
-  kParallax,   // labels without evidence from motion
-  kColour,     // nothing learnt from colour
-  kHistory,    // segments are judged by this frame's evidence alone
-  kBorders     // labels have the borders of the segments
+  kAlignment,        // motion from corners alone
+  kHomographyCheck,  // the motion is not compared with a free homography
+  kTilt,             // the body never leans
+  kChain,            // compared with the last frame alone, not with those of a second
+  kParallax,         // labels without evidence from motion
+  kColour,           // nothing learnt from colour
+  kHistory,          // segments are judged by this frame's evidence alone
+  kBorders           // labels have the borders of the segments
 };
 // By the names that tools know them by.
 const std::map<std::string, DetectorPart>& DetectorParts();
@@ -39,6 +43,7 @@ struct GroundDetectorOptions {
   FeatureOptions features;
   TrackerOptions tracker;
   MotionOptions motion;
+  MotionFilterOptions filter;
   AlignmentOptions alignment;
   ParallaxOptions parallax;
   MeanShiftOptions mean_shift;

@@ -58,7 +58,8 @@ cv::Mat GroundDetector::Evidence() const {
   double far_distance = 0.5 * height;
   for (const RememberedFrame& before : odometry_.memory()) {
     const double distance =
-        (before.odometry_from_robot.translation() - now.odometry_from_robot.translation()).norm();
+        (before.pose.frame_from_robot.translation() - now.pose.frame_from_robot.translation())
+            .norm();
     if (distance > 0.15 * height) near = &before;  // the newest that is far enough
     if (distance > far_distance) {
       far_distance = distance;
@@ -68,10 +69,8 @@ cv::Mat GroundDetector::Evidence() const {
   cv::Mat evidence;
   for (const RememberedFrame* before : {near, far}) {
     if (before == nullptr || (before == far && far == near)) continue;
-    const cv::Mat one =
-        GroundEvidence(options_.camera, now.pyramid[0], before->pyramid[0],
-                       before->odometry_from_robot.Inverse() * now.odometry_from_robot,
-                       view_.cells(), options_.parallax);
+    const cv::Mat one = GroundEvidence(options_.camera, now.pyramid[0], before->pyramid[0],
+                                       now.pose, before->pose, view_.cells(), options_.parallax);
     evidence = evidence.empty() ? one : cv::Mat(evidence + one);
   }
   return evidence;
@@ -140,9 +139,12 @@ GroundFrame GroundDetector::Process(const cv::Mat& bgr, Utime utime) {
   const std::vector<Feature> features = DetectFeatures(grey, options_.features);
   result.ms.features = watch.Lap();
   // the motion of the ground, and with it the class of each feature,
-  FollowedFrame followed = odometry_.Follow(features, pyramid, expected_ground_, utime);
+  FollowedFrame followed = odometry_.Follow(features, pyramid, utime);
   result.motion = followed.motion;
   result.motion_from = followed.motion_from;
+  result.check = followed.check;
+  result.pitch_rad = followed.pose.pitch_rad;
+  result.roll_rad = followed.pose.roll_rad;
   result.ms.motion = watch.Lap();
   // and what the motion says of each part of the picture.
   if (followed.located && options_.Uses(DetectorPart::kParallax)) result.evidence = Evidence();
@@ -152,21 +154,21 @@ GroundFrame GroundDetector::Process(const cv::Mat& bgr, Utime utime) {
   result.segments = segmenting.get();
   watch.Lap();
   std::optional<Eigen::Matrix3d> cells_before_from_now;
-  if (followed.before_from_now) {
+  if (followed.pose_before) {
     cells_before_from_now = view_.cell_from_pixel() *
-                            BeforeFromNow(camera, *followed.before_from_now, 0.0) *
+                            BeforeFromNow(camera, *followed.pose_before, followed.pose, 0.0) *
                             view_.cell_from_pixel().inverse();
   }
   result.log_odds =
       classifier_.Update({result.segments, small, result.evidence, view_.above_horizon(),
                           view_.near(), cells_before_from_now});
-  expected_ground_ = result.log_odds > kUnsureLogOdds;
   result.ms.classification = watch.Lap();
 
   // Borders to the pixel, in the frame as taken.
   cv::Mat labels =
       LabelPixels(ideal, result.log_odds, options_.Uses(DetectorPart::kBorders), options_.borders);
   labels.setTo(kNotGround, view_.not_below_horizon());
+  odometry_.LearnGround(labels);
   result.labels = view_.TakenFromIdeal(labels);
   result.features = std::move(followed.features);
   SettleFeatures(labels, result.features);

@@ -36,6 +36,7 @@ struct GroundFrame {
   Utime motion_from = 0;
   double pitch_rad = 0.0;  // as in ground_t
   double roll_rad = 0.0;
+  HomographyCheck check;                    // of the motion
   std::vector<ClassifiedFeature> features;  // in pixels of the frame as taken
   // The small picture, in ideal pixels: its segments, what parallax says (empty without), and the
   // log-odds of ground that follow. Empty for a dark frame.
@@ -63,7 +64,6 @@ class GroundDetector {
   ViewGeometry view_;
   GroundOdometry odometry_;
   SegmentClassifier classifier_;
-  cv::Mat expected_ground_;  // CV_8UC1 of the small picture, where ground was in the last frame
 };
 
 }  // namespace beckon

@@ -1,5 +1,5 @@
-// Visual odometry over the ground: features followed from frame to frame, the planar motion that
-// explains them, and which of them lie on the ground.
+// Visual odometry over the ground: features followed from frame to frame, the motion of the body
+// that explains them, and which of them lie on the ground.
 #pragma once
 
 #include <deque>
@@ -13,16 +13,17 @@
 #include "services/ground_detector/detector_options.hpp"
 #include "services/ground_detector/features.hpp"
 #include "services/ground_detector/motion.hpp"
+#include "services/ground_detector/motion_filter.hpp"
 #include "services/ground_detector/tracks.hpp"
 
 namespace beckon {
 
-// A frame whose place is known.
+// A frame whose place is known; poses in the odometry frame.
 struct RememberedFrame {
-  std::int64_t number = 0;
   Utime utime = 0;
-  Pose2 odometry_from_robot;
+  BodyPose pose;
   GreyPyramid pyramid;
+  GroundTexture texture;  // of keyframes, once their labels are known
 };
 
 struct ClassifiedFeature {
@@ -35,20 +36,23 @@ struct FollowedFrame {
   PlanarMotion motion;  // from the frame at motion_from to this one
   Utime motion_from = 0;
   bool located = false;  // the frame has joined memory()
-  // Pose of this frame in the robot frame of the one before, predicted where motion is not known;
-  // nothing when there was none before.
-  std::optional<Pose2> before_from_now;
+  // Of this frame and of the one before (nothing when there is none), in the odometry frame;
+  // predicted where motion is not known.
+  BodyPose pose;
+  std::optional<BodyPose> pose_before;
   std::vector<ClassifiedFeature> features;  // in ideal pixels
+  HomographyCheck check;
 };
 
 class GroundOdometry {
  public:
-  explicit GroundOdometry(const GroundDetectorOptions& options) : options_(options) {}
+  explicit GroundOdometry(const GroundDetectorOptions& options);
 
-  // The next frame, newer than the last. `expected_ground`: CV_8UC1 grid over the picture, 255
-  // where ground is expected; empty in the first frame.
+  // The next frame, newer than the last.
   FollowedFrame Follow(const std::vector<Feature>& features, const GreyPyramid& pyramid,
-                       const cv::Mat& expected_ground, Utime utime);
+                       Utime utime);
+  // What has been found in the frame just followed: GroundLabel of each ideal pixel, CV_8UC1.
+  void LearnGround(const cv::Mat& labels);
 
   // Forgets all frames.
   void Restart();
@@ -57,26 +61,32 @@ class GroundOdometry {
   const std::deque<RememberedFrame>& memory() const { return memory_; }
 
  private:
-  void Forget(Utime utime);
-  const RememberedFrame* Remembered(std::int64_t number) const;
-  std::vector<TrackMatch> MatchWide(const std::vector<Feature>& features, double dt_s) const;
+  PoseEstimate Locate(const std::vector<Feature>& features, const GreyPyramid& pyramid, double dt_s,
+                      std::vector<TrackMatch>& matches) const;
+  std::vector<TrackMatch> MatchWide(const std::vector<Feature>& features, const BodyPose& predicted,
+                                    double dt_s) const;
   std::vector<TrackMatch> MatchNarrow(const std::vector<Feature>& features,
-                                      const Pose2& pose) const;
+                                      const BodyPose& pose) const;
   PoseEstimate LocateFrom(const std::vector<TrackMatch>& matches,
-                          const std::vector<Feature>& features, const Pose2& predicted) const;
+                          const std::vector<Feature>& features, const MotionPrior& prior) const;
+  PoseEstimate Align(const PoseEstimate& from_features, const MotionPrior& prior,
+                     const GreyPyramid& pyramid, double dt_s) const;
+  std::vector<AlignmentReference> References() const;
+  const RememberedFrame* NewestKeyframe() const;
+  HomographyCheck Check(const std::vector<TrackMatch>& matches,
+                        const std::vector<Feature>& features, const BodyPose& pose) const;
   bool IsPossible(const Pose2& motion, double dt_s) const;
-  std::vector<cv::Point2f> Predict(const Track& track, const Pose2& pose) const;
-  FeatureClass Classify(const Track& track, const cv::Point2f& pixel, const Pose2& pose) const;
-  PoseEstimate Align(const PoseEstimate& from_features, const GreyPyramid& pyramid,
-                     const cv::Mat& expected_ground, double dt_s) const;
+  void AddToTracks(const std::vector<Feature>& features, const std::vector<TrackMatch>& matches,
+                   FollowedFrame& result);
+  void Forget(Utime utime);
 
   GroundDetectorOptions options_;
-  std::int64_t number_ = 0;
+  MotionFilter filter_;
   std::deque<RememberedFrame> memory_;  // the last one is the newest that was located
   std::vector<Track> tracks_;
-  Pose2 pose_;      // odometry_from_robot of the newest frame, predicted where not located
-  Pose2 velocity_;  // motion per second, for prediction
-  bool velocity_known_ = false;
+  std::optional<BodyPose> pose_;  // of the newest frame, predicted where not located
+  bool labels_awaited_ = false;   // the newest frame was located
+  Utime utime_ = 0;               // of the newest frame
 };
 
 }  // namespace beckon

@@ -5,8 +5,6 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "services/ground_detector/motion.hpp"
-
 namespace beckon {
 namespace {
 
@@ -61,16 +59,20 @@ cv::Mat CellTexture(const cv::Mat& now, const cv::Size& cells) {
 }  // namespace
 
 cv::Mat GroundEvidence(const GroundCamera& camera, const cv::Mat& now, const cv::Mat& before,
-                       const Pose2& before_from_now, const cv::Size& cells,
+                       const BodyPose& now_pose, const BodyPose& before_pose, const cv::Size& cells,
                        const ParallaxOptions& options) {
-  const cv::Mat ground =
-      CellDifference(now, before, BeforeFromNow(camera, before_from_now, 0.0), cells);
+  const auto difference_at = [&](double ratio) {
+    return CellDifference(now, before, BeforeFromNow(camera, before_pose, now_pose, ratio), cells);
+  };
+  cv::Mat ground = difference_at(0.0);
+  for (const double ratio : options.reflection_ratios) {
+    cv::min(ground, difference_at(ratio), ground);
+  }
   cv::Mat alternative(cells, CV_32FC1, cv::Scalar(std::numeric_limits<float>::infinity()));
   for (const double ratio : options.height_ratios) {
-    cv::min(alternative,
-            CellDifference(now, before, BeforeFromNow(camera, before_from_now, ratio), cells),
-            alternative);
+    cv::min(alternative, difference_at(ratio), alternative);
   }
+  const GroundCamera leaning = Rocked(camera, now_pose.pitch_rad, now_pose.roll_rad);
   const cv::Mat texture = CellTexture(now, cells);
   cv::Mat evidence(cells, CV_32FC1, cv::Scalar(0.0));
   for (int row = 0; row < cells.height; ++row) {
@@ -78,7 +80,7 @@ cv::Mat GroundEvidence(const GroundCamera& camera, const cv::Mat& now, const cv:
       // The top of the cell: all of it has to lie below the horizon.
       const double v = static_cast<double>(row) * camera.height / cells.height;
       const double u = (column + 0.5) * camera.width / cells.width;
-      if (v <= camera.HorizonRow(u) + 1.0) continue;
+      if (v <= leaning.HorizonRow(u) + 1.0) continue;
       const float as_ground = ground.at<float>(row, column);
       const float otherwise = alternative.at<float>(row, column);
       if (!std::isfinite(as_ground) || !std::isfinite(otherwise)) continue;

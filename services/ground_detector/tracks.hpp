@@ -5,9 +5,11 @@
 #include <deque>
 #include <functional>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "common/clock.hpp"
+#include "common/frames.hpp"
 #include "services/ground_detector/features.hpp"
 
 namespace beckon {
@@ -15,8 +17,12 @@ namespace beckon {
 enum class FeatureClass : std::uint8_t { kUndetermined = 0, kGround = 1, kNotGround = 2 };
 
 struct Observation {
-  std::int64_t frame = 0;  // number of the frame
+  Utime utime = 0;  // of the frame
   cv::Point2f pixel;
+  // Where it was seen from, and where it lies if it is ground (m, odometry frame); nothing at and
+  // above the horizon.
+  Pose2 odometry_from_robot;
+  std::optional<Eigen::Vector2d> point;
 };
 
 struct Track {

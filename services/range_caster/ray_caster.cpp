@@ -1,6 +1,5 @@
 #include "services/range_caster/ray_caster.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -83,23 +82,6 @@ void ReadRayCasterOptions(ConfigTable& table, RayCasterOptions& options) {
   table.Optional("max_range_m", options.max_range_m, Range{0.5, 100.0});
   table.Optional("max_pixel_span", options.max_pixel_span, Range{0.001, 1.0});
   table.Optional("max_hole_px", options.max_hole_px, Range{0, 8});
-}
-
-GroundCamera Rocked(const GroundCamera& camera, double pitch_rad, double roll_rad) {
-  // Robot x in camera axes (x right, y down, z forward); robot y is minus the camera's x axis.
-  const Eigen::Vector3d forward(0.0, -std::sin(camera.tilt_down_rad),
-                                std::cos(camera.tilt_down_rad));
-  const Eigen::Matrix3d calibrated_from_rocked =
-      (Eigen::AngleAxisd(roll_rad, forward) *
-       Eigen::AngleAxisd(-pitch_rad, Eigen::Vector3d::UnitX()))
-          .toRotationMatrix();
-  Eigen::Matrix3d intrinsics;
-  intrinsics << camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0;
-  GroundCamera rocked = camera;
-  rocked.tilt_down_rad += pitch_rad;
-  rocked.ground_from_image =
-      camera.ground_from_image * intrinsics * calibrated_from_rocked * intrinsics.inverse();
-  return rocked;
 }
 
 RayCaster::RayCaster(const GroundCamera& camera, const RayCasterOptions& options)

@@ -136,6 +136,7 @@ TEST(GroundDetector, AdmitsThatAPlainFloorShowsNoMotion) {
   const GroundCamera camera = TestCamera();
   Scene scene;
   scene.floor_contrast = 0.0;
+  scene.wall_x = 100.0;
   GroundDetector detector = MakeDetector(camera);
   for (int frame = 0; frame < 5; ++frame) {
     const View view = Render(scene, camera, {0.05 * frame, 0.0, 0.0}, static_cast<unsigned>(frame));

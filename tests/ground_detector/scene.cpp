@@ -1,5 +1,6 @@
 #include "tests/ground_detector/scene.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -82,13 +83,18 @@ Hit Trace(const Scene& scene, const Eigen::Vector3d& origin, const Eigen::Vector
 }  // namespace
 
 View Render(const Scene& scene, const GroundCamera& camera, const Pose2& map_from_robot,
-            unsigned seed) {
+            unsigned seed, double pitch_rad, double roll_rad) {
   View view{cv::Mat(camera.height, camera.width, CV_8UC3),
             cv::Mat(camera.height, camera.width, CV_8UC1)};
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0.0, scene.noise);
   const Eigen::Vector3d origin(map_from_robot.x, map_from_robot.y, camera.height_m);
   const double down = camera.tilt_down_rad;
+  const Eigen::Matrix3d map_from_body =
+      (Eigen::AngleAxisd(map_from_robot.theta, Eigen::Vector3d::UnitZ()) *
+       Eigen::AngleAxisd(roll_rad, Eigen::Vector3d::UnitX()) *
+       Eigen::AngleAxisd(pitch_rad, Eigen::Vector3d::UnitY()))
+          .toRotationMatrix();
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       // Four rays a pixel against aliasing; the label is that of the pixel's centre.
@@ -96,11 +102,9 @@ View Render(const Scene& scene, const GroundCamera& camera, const Pose2& map_fro
       const auto trace = [&](double du, double dv) {
         const double right = (u + du - camera.cx) / camera.fx;
         const double below = (v + dv - camera.cy) / camera.fy;
-        const Eigen::Vector2d across =
-            Pose2{0.0, 0.0, map_from_robot.theta} *
-            Eigen::Vector2d(std::cos(down) - below * std::sin(down), -right);
-        return Trace(scene, origin,
-                     {across.x(), across.y(), -std::sin(down) - below * std::cos(down)});
+        const Eigen::Vector3d level(std::cos(down) - below * std::sin(down), -right,
+                                    -std::sin(down) - below * std::cos(down));
+        return Trace(scene, origin, map_from_body * level);
       };
       for (const double du : {-0.25, 0.25}) {
         for (const double dv : {-0.25, 0.25}) sum += trace(du, dv).bgr * 0.25;

@@ -33,9 +33,9 @@ struct View {
   cv::Mat labels;  // CV_8UC1, 1 ground, 2 not ground
 };
 
-// What the camera sees from there. `seed`: of the sensor's noise.
+// What the camera sees from there, on a body that leans. `seed`: of the sensor's noise.
 View Render(const Scene& scene, const GroundCamera& camera, const Pose2& map_from_robot,
-            unsigned seed);
+            unsigned seed, double pitch_rad = 0.0, double roll_rad = 0.0);
 
 // The camera of these tests: 320 x 240, 0.5 m up, 22 degrees down.
 GroundCamera TestCamera();

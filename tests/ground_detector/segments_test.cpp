@@ -111,8 +111,8 @@ TEST(GroundEvidence, TellsTheFloorFromABoxAndAdmitsTheRest) {
     return grey;
   };
   const cv::Size cells(32, 24);
-  const cv::Mat evidence =
-      GroundEvidence(camera, half(before_from_now, 1), half({}, 2), before_from_now, cells, {});
+  const cv::Mat evidence = GroundEvidence(camera, half(before_from_now, 1), half({}, 2),
+                                          {before_from_now, 0.0, 0.0}, {}, cells, {});
   // Floor before the box, and the box's upper edge, which lies well above the ground.
   EXPECT_GT(cv::mean(evidence.rowRange(18, 23))[0], 0.25);
   const auto edge = camera.PixelFromGround(Eigen::Vector2d(1.35, 0.0) * 0.5 / 0.1);
@@ -122,8 +122,8 @@ TEST(GroundEvidence, TellsTheFloorFromABoxAndAdmitsTheRest) {
   EXPECT_EQ(evidence.at<float>(0, 5), 0.0F);
   scene.floor_contrast = 0.0;
   scene.boxes.clear();
-  const cv::Mat plain =
-      GroundEvidence(camera, half(before_from_now, 1), half({}, 2), before_from_now, cells, {});
+  const cv::Mat plain = GroundEvidence(camera, half(before_from_now, 1), half({}, 2),
+                                       {before_from_now, 0.0, 0.0}, {}, cells, {});
   EXPECT_LT(std::abs(cv::mean(plain.rowRange(10, 23))[0]), 0.1);
 }
 
