@@ -12,6 +12,7 @@ namespace {
 constexpr float kNarrowRadiusPx = 3.0F;  // around where motion says that a feature is
 constexpr double kPixelSigma = 0.5;      // of a FAST corner, which has whole pixels
 constexpr int kInliersThatShowLean = 30;
+constexpr double kAnyLeanRad = 0.02;
 constexpr double kCheckTolerancePx = 2.0;
 constexpr double kSpeedsTried[] = {-0.5, 0.25, 0.5, 0.75, 1.0};  // over the greatest
 
@@ -175,9 +176,22 @@ void GroundOdometry::LearnGround(const cv::Mat& labels) {
 PoseEstimate GroundOdometry::Locate(const std::vector<Feature>& features,
                                     const GreyPyramid& pyramid, double dt_s,
                                     std::vector<TrackMatch>& matches) const {
-  const MotionPrior prior = filter_.Predict(dt_s);
+  MotionPrior prior = filter_.Predict(dt_s);
   matches = MatchWide(features, prior.pose, dt_s);
-  PoseEstimate estimate = LocateFrom(matches, features, prior);
+  // Where many features show it, the body may lean as bodies do; else as little as it has lately.
+  MotionPrior free = prior;
+  if (options_.Uses(DetectorPart::kTilt)) {
+    free.information.bottomRightCorner<2, 2>() =
+        Eigen::Matrix2d::Identity() / (kAnyLeanRad * kAnyLeanRad);
+  }
+  PoseEstimate estimate = LocateFrom(matches, features, free);
+  const bool shows_lean =
+      estimate.status == MotionStatus::kOk && estimate.inliers >= kInliersThatShowLean;
+  if (shows_lean) {
+    prior.information = free.information;
+  } else {
+    estimate = LocateFrom(matches, features, prior);
+  }
   if (estimate.status == MotionStatus::kOk) {
     matches = MatchNarrow(features, estimate.pose);
     estimate = LocateFrom(matches, features, prior);

@@ -146,6 +146,30 @@ TEST(GroundDetector, AdmitsThatAPlainFloorShowsNoMotion) {
   }
 }
 
+TEST(GroundDetector, SeesTheBodyRock) {
+  const GroundCamera camera = TestCamera();
+  const Scene scene = OneBox();
+  GroundDetector detector = MakeDetector(camera);
+  Pose2 pose;
+  int answered = 0;
+  const Pose2 step{0.04, 0.0, 0.01};
+  for (int frame = 0; frame < 15; ++frame) {
+    const double pitch = frame == 0 ? 0.0 : RadiansFromDegrees(1.0) * std::sin(0.9 * frame);
+    const double roll = frame == 0 ? 0.0 : RadiansFromDegrees(0.7) * std::sin(1.3 * frame);
+    const View view = Render(scene, camera, pose, static_cast<unsigned>(frame), pitch, roll);
+    const GroundFrame found = detector.Process(view.bgr, frame * kPeriod);
+    if (found.motion.status == MotionStatus::kOk) {
+      ++answered;
+      EXPECT_NEAR(found.pitch_rad, pitch, RadiansFromDegrees(0.15)) << frame;
+      EXPECT_NEAR(found.roll_rad, roll, RadiansFromDegrees(0.15)) << frame;
+      EXPECT_NEAR(found.motion.from_to.x, step.x, 0.004) << frame;
+      EXPECT_NEAR(found.motion.from_to.theta, step.theta, 0.003) << frame;
+    }
+    pose = pose * step;
+  }
+  EXPECT_GE(answered, 10);
+}
+
 TEST(GroundDetector, TakesOutLensDistortion) {
   GroundCamera camera = TestCamera();
   const View ideal = Render(OneBox(), camera, {}, 1);
