@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "services/navigator/route_planner.hpp"
 #include "services/navigator/types.hpp"
@@ -21,6 +22,8 @@ struct ArrivalOptions {
   double point_distance_m = 0.15;
   double point_reach_m = 0.6;
   double location_timeout_s = 10.0;
+  // After it has arrived, it goes to the tag again when that is farther away than this; 0: never.
+  double follow_from_m = 2.5;
 };
 void ReadArrivalOptions(ConfigTable& table, ArrivalOptions& options);
 
@@ -30,8 +33,18 @@ class Destination {
 
   // A call to come; the old one is forgotten.
   void Set(const Call& call);
-  void Clear() { call_.reset(); }
+  void Clear();
   void OnLocation(Instant now, const LocatedTag& location);
+  void OnPossibleArea(Instant now, const PossibleArea& area);
+
+  // The tag is not where the robot stands, or nothing leads to where it is thought: from now on the
+  // goal is the most likely place of the possible area that the robot has not tried yet. False
+  // where there is none left; the goal then stays.
+  bool TryElsewhere(Instant now, const Eigen::Vector2d& base, const RoutePlanner& plan);
+  // The robot has arrived here.
+  void NoteArrival(const Eigen::Vector2d& base);
+  // Whether the tag has clearly gone since, for long enough to believe it.
+  bool HasGone(Instant now, const Eigen::Vector2d& base);
 
   const std::optional<Call>& call() const { return call_; }
   // Where to go; nothing while the tag has not been located.
@@ -54,6 +67,20 @@ class Destination {
   ArrivalOptions options_;
   std::optional<Call> call_;
   std::map<std::string, Heard> heard_;
+  std::optional<PossibleArea> area_;  // of the calling tag
+  Instant area_at_;
+  struct Arrival {
+    double distance_m;
+    Eigen::Vector2d tag;
+    std::optional<Instant> gone_since;
+  };
+  std::optional<Arrival> arrival_;
+  struct Search {
+    Eigen::Vector2d place;
+    Eigen::Vector2d tag;  // where it was thought when the search began
+  };
+  std::optional<Search> search_;
+  std::vector<Eigen::Vector2d> tried_;
 };
 
 }  // namespace beckon

@@ -26,17 +26,16 @@ void Run(Service& service, const NavigatorServiceOptions& options) {
   bus.Subscribe<location_t>(channels::kLocation, [&](const location_t& message) {
     navigator.OnLocation(now(), LocationFromMessage(message));
   });
+  bus.Subscribe<probability_map_t>(channels::kLocationMap, [&](const probability_map_t& message) {
+    navigator.OnPossibleArea(now(), AreaFromMessage(message));
+  });
   bus.Subscribe<bot_core::pose_t>(channels::kRobotPose, [&](const bot_core::pose_t& message) {
-    if (!IsPlausible(message)) {
-      navigator.OnInvalidPose(now());
-      throw std::invalid_argument("the pose is not finite or not a rotation");
-    }
-    navigator.OnPose(now(), message.utime, PoseFromMessage(message));
+    const Pose2 pose = CheckedPose(message, [&] { navigator.OnInvalidPose(now()); });
+    navigator.OnPose(now(), message.utime, pose);
   });
   bus.Subscribe<bot_core::pose_t>(channels::kOdometry, [&](const bot_core::pose_t& message) {
-    if (!IsPlausible(message))
-      throw std::invalid_argument("the pose is not finite or not a rotation");
-    navigator.OnOdometry(now(), message.utime, PoseFromMessage(message));
+    const Pose2 pose = CheckedPose(message, [&] { navigator.OnInvalidOdometry(now()); });
+    navigator.OnOdometry(now(), message.utime, pose);
   });
   bus.SubscribeLatest<bot_core::planar_lidar_t>(channels::kScan,
                                                 [&](const bot_core::planar_lidar_t& message) {
@@ -75,6 +74,7 @@ int main(int argc, char** argv) {
       argc, argv,
       {"navigator",
        "Answers calls: route on the floor plan, avoidance, safety stops, 20 commands a second.\n"
-       "In: CALL, LOCATION, ROBOT_POSE, ODOMETRY, SCAN, GRID. Out: DRIVE, NAVIGATOR, HEALTH."},
+       "In: CALL, LOCATION, LOCATION_MAP, ROBOT_POSE, ODOMETRY, SCAN, GRID. Out: DRIVE, NAVIGATOR, "
+       "HEALTH."},
       beckon::ReadNavigatorServiceOptions, beckon::Run);
 }

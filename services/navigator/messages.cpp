@@ -2,7 +2,20 @@
 
 #include <stdexcept>
 
+#include "common/pose_message.hpp"
+
 namespace beckon {
+namespace {
+
+constexpr int kMaxSide = 4096;  // of a grid, cells
+
+}  // namespace
+
+Pose2 CheckedPose(const bot_core::pose_t& message, const std::function<void()>& on_invalid) {
+  if (IsPlausible(message)) return PoseFromMessage(message);
+  on_invalid();
+  throw std::invalid_argument("the pose is not finite or not a rotation");
+}
 
 Call CallFromMessage(const call_t& message) {
   Call call;
@@ -41,8 +54,23 @@ Scan ScanFromMessage(const bot_core::planar_lidar_t& message) {
   return {message.utime, message.rad0, message.radstep, message.ranges, message.intensities};
 }
 
+PossibleArea AreaFromMessage(const probability_map_t& message) {
+  if (message.width < 1 || message.width > kMaxSide || message.height < 1 ||
+      message.height > kMaxSide) {
+    throw std::invalid_argument("a possible area of a size that cannot be");
+  }
+  PossibleArea area;
+  area.utime = message.utime;
+  area.tag = message.tag;
+  area.grid.origin = {message.origin[0], message.origin[1]};
+  area.grid.resolution_m = message.resolution_m;
+  area.grid.width = message.width;
+  area.grid.height = message.height;
+  area.credible_level = message.credible_level;
+  return area;
+}
+
 SeenGrid GridFromMessage(const occupancy_grid_t& message) {
-  constexpr int kMaxSide = 4096;
   if (message.width < 1 || message.width > kMaxSide || message.height < 1 ||
       message.height > kMaxSide) {
     throw std::invalid_argument("a grid of a size that cannot be");

@@ -19,6 +19,7 @@ constexpr double kRouteEndM = 0.12;
 constexpr double kStandingMps = 0.02;
 constexpr double kMaxTickS = 0.2;
 constexpr double kFindItselfS = 180.0;
+constexpr double kPlaceableS = 0.5;  // a pose farther from now than this needs a history
 
 // Patience with whatever is in the way: people walk on.
 constexpr double kWaitForObstacleS = 4.0;
@@ -95,13 +96,14 @@ void Navigator::OnCall(Instant now, const Call& call) {
   if (call.kind == Call::Kind::kPoint && !call.point.allFinite()) {
     throw std::invalid_argument("a call to a point that is not finite");
   }
-  DropRoute();
-  FollowAgain(now);
-  recoveries_ = 0;
-  posed_or_called_ = now;
-  finding_since_.reset();
-  no_progress_s_ = 0.0;
-  nearest_to_go_m_ = std::numeric_limits<double>::infinity();
+  // Who calls again while the robot stands where it took the caller to be is somewhere else.
+  const bool is_repeated = status_.state == NavigatorState::kArrived &&
+                           call.kind == Call::Kind::kTag && status_.tag == call.tag;
+  if (is_repeated && destination_.TryElsewhere(now, map_base_, planner_)) {
+    StartDriving(now);
+    return;
+  }
+  StartDriving(now);
   status_ = {};
   destination_.Clear();
   if (call.kind == Call::Kind::kCancel) return;
@@ -111,6 +113,26 @@ void Navigator::OnCall(Instant now, const Call& call) {
   if (call.kind == Call::Kind::kPoint && !planner_.IsInArea(call.point)) {
     Finish(NavigatorState::kGaveUp, "the point is outside the floor plan");
   }
+}
+
+void Navigator::StartDriving(Instant now) {
+  DropRoute();
+  FollowAgain(now);
+  recoveries_ = 0;
+  no_progress_s_ = 0.0;
+  nearest_to_go_m_ = std::numeric_limits<double>::infinity();
+  posed_or_called_ = now;
+  finding_since_.reset();
+  status_.state = NavigatorState::kDriving;
+}
+
+void Navigator::OnPossibleArea(Instant now, const PossibleArea& area) {
+  if (area.grid.width < 1 || area.grid.height < 1 || !(area.grid.resolution_m > 1e-3) ||
+      !area.grid.origin.allFinite() ||
+      area.credible_level.size() != static_cast<std::size_t>(area.grid.size())) {
+    throw std::invalid_argument("a possible area whose size does not fit its cells");
+  }
+  destination_.OnPossibleArea(now, area);
 }
 
 void Navigator::OnLocation(Instant now, const LocatedTag& location) {
@@ -126,7 +148,12 @@ void Navigator::OnPose(Instant now, Utime utime, const Pose2& map_from_robot) {
     monitor_.OnInvalidPose(now);
     throw std::invalid_argument("a pose that is not finite");
   }
-  const Pose2 local_from_robot = frame_.At(utime).value_or(frame_.Now(now));
+  const auto then = frame_.At(utime);
+  if (!then && std::abs(SecondsFromUtime(now.utime - utime)) > kPlaceableS) {
+    monitor_.OnPose(now, utime, {});  // which says that it is too old, or from the future
+    return;
+  }
+  const Pose2 local_from_robot = then.value_or(frame_.Now(now));
   const Pose2 map_from_local = map_from_robot * local_from_robot.Inverse();
   const Pose2 correction =
       map_from_local_ ? (*map_from_local_ * local_from_robot).Inverse() * map_from_robot : Pose2{};
@@ -136,9 +163,19 @@ void Navigator::OnPose(Instant now, Utime utime, const Pose2& map_from_robot) {
 }
 
 void Navigator::OnOdometry(Instant now, Utime utime, const Pose2& odometry_from_robot) {
-  if (!odometry_from_robot.IsFinite()) throw std::invalid_argument("odometry that is not finite");
+  if (!odometry_from_robot.IsFinite()) {
+    monitor_.OnInvalidOdometry(now);
+    throw std::invalid_argument("odometry that is not finite");
+  }
+  monitor_.OnOdometry(now, utime, odometry_from_robot);
   if (frame_.AddOdometry(now, utime, odometry_from_robot)) return;
+  monitor_.OnInvalidOdometry(now);
+  ForgetFrame();
+}
+
+void Navigator::ForgetFrame() {
   surroundings_.Clear();
+  monitor_.ForgetPlaces();
   map_from_local_.reset();
   DropRoute();
 }
@@ -160,7 +197,12 @@ void Navigator::OnScan(Instant now, Scan scan) {
 }
 
 void Navigator::OnGrid(Instant now, SeenGrid grid) {
-  CheckGrid(grid);
+  try {
+    CheckGrid(grid);
+  } catch (const std::invalid_argument&) {
+    surroundings_.DropGrid();
+    throw;
+  }
   const auto local_from_robot = frame_.At(grid.utime);
   if (!local_from_robot) return;  // too old to be placed
   surroundings_.SetGrid(now, std::move(grid), *local_from_robot);
@@ -173,14 +215,13 @@ void Navigator::OnGrid(Instant now, SeenGrid grid) {
 Velocity Navigator::Tick(Instant now) {
   const double elapsed_s = ticked_ ? std::clamp(SecondsSince(now, *ticked_), 0.0, kMaxTickS) : 0.0;
   ticked_ = now;
-  if (!frame_.AddCommand(now, monitor_.last())) {
-    surroundings_.Clear();
-    map_from_local_.reset();
-    DropRoute();
-  }
+  if (!frame_.AddCommand(now, monitor_.last())) ForgetFrame();
   const Pose2 local_from_base = frame_.Now(now) * options_.robot.RobotFromBase();
   surroundings_.Update(now, local_from_base);
   status_.nearest_obstacle_m = surroundings_.NearestInScan(local_from_base);
+
+  if (map_from_local_) map_base_ = *map_from_local_ * local_from_base.translation();
+  FollowIfGone(now);
 
   Velocity wanted;
   bool finds_itself = false;
@@ -212,6 +253,14 @@ Velocity Navigator::Tick(Instant now) {
   return verdict.velocity;
 }
 
+void Navigator::FollowIfGone(Instant now) {
+  if (status_.state != NavigatorState::kArrived || !monitor_.Blocker(now).empty() ||
+      !destination_.HasGone(now, map_base_)) {
+    return;
+  }
+  StartDriving(now);
+}
+
 std::optional<Call> Navigator::ActiveCall() const {
   if (status_.state != NavigatorState::kDriving && status_.state != NavigatorState::kStopped) {
     return std::nullopt;
@@ -225,7 +274,7 @@ Velocity Navigator::Drive(Instant now, const Pose2& local_from_base) {
   if (!goal || !doubt.empty()) {
     ReportStop(doubt, "waiting for the tag to be located");
     if (no_progress_s_ > options_.give_up_after_s) {
-      Finish(NavigatorState::kGaveUp, "the tag is not heard");
+      GiveUp(now, "the tag is not heard");
     }
     return {};
   }
@@ -236,6 +285,10 @@ Velocity Navigator::Drive(Instant now, const Pose2& local_from_base) {
     return {};
   }
   const Pose2 map_from_base = *map_from_local_ * local_from_base;
+  if (!planner_.IsInArea(map_base_)) {
+    ReportStop(stop_reason::kPoseInvalid, "the robot's place is outside the floor plan");
+    return {};
+  }
   if (IsRouteDue(now, *goal)) UpdateRoute(now, map_from_base, *goal);
 
   const double blocked_s = blocked_since_ ? SecondsSince(now, *blocked_since_) : 0.0;
@@ -247,24 +300,24 @@ Velocity Navigator::Drive(Instant now, const Pose2& local_from_base) {
   for (const Eigen::Vector2d& point : route_) status_.route.push_back(*map_from_local_ * point);
 
   // Who stands in the way close to the goal may well be the caller.
-  const Eigen::Vector2d base = map_from_base.translation();
-  const bool is_near = (base - goal->point).norm() < kNearGoalM;
+  const bool is_near = (map_base_ - goal->point).norm() < kNearGoalM;
   const bool is_kept_off =
-      planner_.HasLineOfSight(goal->point, base) &&
+      planner_.HasLineOfSight(goal->point, map_base_) &&
       ((is_near && destination_.call()->kind == Call::Kind::kTag &&
         surroundings_.IsObstructed(local_from_base.translation(),
                                    map_from_local_->Inverse() * goal->point)) ||
        (blocked_s > kWaitAtGoalS && (is_near || recoveries_ > 1)));
   const bool is_at_end = is_kept_off || (!route_.empty() && step.distance_to_go_m < kRouteEndM);
-  if (destination_.HasArrived(base, is_at_end, planner_)) {
+  if (destination_.HasArrived(map_base_, is_at_end, planner_)) {
     if (std::abs(monitor_.last().linear_mps) < kStandingMps) {
-      const double distance = (base - goal->point).norm();
+      const double distance = (map_base_ - goal->point).norm();
+      destination_.NoteArrival(map_base_);
       Finish(NavigatorState::kArrived, Metres(distance) + " from where the call came from");
     }
     return {};
   }
   if (route_.empty() && !plan_has_way_ && blocked_s > kWaitForRouteS) {
-    Finish(NavigatorState::kGaveUp, "the floor plan shows no way there");
+    GiveUp(now, "the floor plan shows no way there");
     return {};
   }
 
@@ -315,7 +368,7 @@ void Navigator::WatchProgress(Instant now, double distance_to_go_m, const Pose2&
   const double allowed_s =
       options_.give_up_after_s + 3.0 * distance_to_go_m / options_.robot.max_speed_mps;
   if (no_progress_s_ > allowed_s) {
-    Finish(NavigatorState::kGaveUp, "no progress, " + Metres(distance_to_go_m) + " to go");
+    GiveUp(now, "no progress, " + Metres(distance_to_go_m) + " to go");
     return;
   }
 
@@ -337,9 +390,7 @@ void Navigator::WatchProgress(Instant now, double distance_to_go_m, const Pose2&
 
 void Navigator::StartRecovery(Instant now, const Pose2& local_from_base) {
   if (recoveries_ >= kMaxRecoveries) {
-    const bool is_without_route = route_.empty();
-    Finish(NavigatorState::kGaveUp,
-           is_without_route ? "no way round what has been seen" : "the way is blocked");
+    GiveUp(now, route_.empty() ? "no way round what has been seen" : "the way is blocked");
     return;
   }
   // Where it stands close to things, turning shows little that it does not know: back first.
@@ -443,6 +494,15 @@ void Navigator::DropRoute() {
   planned_.reset();
   plan_has_way_ = true;
   follower_.Reset();
+}
+
+void Navigator::GiveUp(Instant now, const std::string& why) {
+  const bool is_tag = destination_.call()->kind == Call::Kind::kTag;
+  if (is_tag && destination_.TryElsewhere(now, map_base_, planner_)) {
+    StartDriving(now);
+    return;
+  }
+  Finish(NavigatorState::kGaveUp, why);
 }
 
 void Navigator::Finish(NavigatorState state, const std::string& detail) {

@@ -41,13 +41,16 @@ class Navigator {
 
   void OnCall(Instant now, const Call& call);
   void OnLocation(Instant now, const LocatedTag& location);
+  // Used where the tag turns out not to be where it was thought.
+  void OnPossibleArea(Instant now, const PossibleArea& area);
   void OnPose(Instant now, Utime utime, const Pose2& map_from_robot);
   void OnOdometry(Instant now, Utime utime, const Pose2& odometry_from_robot);
   void OnScan(Instant now, Scan scan);
   void OnGrid(Instant now, SeenGrid grid);
-  // A message on SCAN or ROBOT_POSE that could not even be understood.
+  // A message on SCAN, ROBOT_POSE or ODOMETRY that could not even be understood.
   void OnInvalidScan(Instant now) { monitor_.OnInvalidScan(now); }
   void OnInvalidPose(Instant now) { monitor_.OnInvalidPose(now); }
+  void OnInvalidOdometry(Instant now) { monitor_.OnInvalidOdometry(now); }
 
   // To be called 20 times a second.
   Velocity Tick(Instant now);
@@ -72,6 +75,11 @@ class Navigator {
   void StartRecovery(Instant now, const Pose2& local_from_base);
   void FollowAgain(Instant now);
   void DropRoute();
+  void StartDriving(Instant now);
+  void FollowIfGone(Instant now);
+  // Ends the call, unless there is another place to look for the tag.
+  void GiveUp(Instant now, const std::string& why);
+  void ForgetFrame();
   void Finish(NavigatorState state, const std::string& detail);
   void ReportStop(const std::string& reason, const std::string& detail);
 
@@ -91,6 +99,7 @@ class Navigator {
   std::optional<Instant> finding_since_;
   Utime scan_utime_ = 0;
   std::optional<Pose2> map_from_local_;
+  Eigen::Vector2d map_base_ = Eigen::Vector2d::Zero();  // the disc's middle, where known
 
   std::vector<Eigen::Vector2d> route_;  // local frame; empty: none
   std::optional<RouteGoal> route_goal_;

@@ -15,6 +15,20 @@ constexpr double kFrozenRad = 0.25;
 constexpr int kFrozenHits = 5;
 constexpr double kStandingMps = 0.01;
 
+// Memory alone is not to be driven on: who steps in is not in it. So much of each part of the
+// sector ahead has to be determined.
+constexpr double kAheadRad = 0.35;
+constexpr double kDetermined = 0.25;
+
+constexpr double kOdometryTimeoutS = 0.5;
+// Wheels that turn by less than the first while told to go by the second do not turn, or nobody
+// counts. It is tried again after a while.
+constexpr double kMovedM = 0.02;
+constexpr double kMovedRad = 0.05;
+constexpr double kToldM = 0.3;
+constexpr double kToldRad = 0.8;
+constexpr double kOdometryHoldS = 2.0;
+
 bool IsRepetition(const Scan& a, const Scan& b) {
   if (a.ranges_m.size() != b.ranges_m.size()) return false;
   int hits = 0;
@@ -26,21 +40,6 @@ bool IsRepetition(const Scan& a, const Scan& b) {
   }
   // Open floor does look the same from everywhere, and so does a wall that fills the picture.
   return hits >= kFrozenHits;
-}
-
-// Whether enough of the sector ahead is determined. Memory alone is not to be driven on: who steps
-// in is not in it.
-bool ShowsWhatIsAhead(const Scan& scan) {
-  constexpr double kAheadRad = 0.35;
-  constexpr double kEnough = 0.25;
-  int ahead = 0;
-  int determined = 0;
-  for (std::size_t ray = 0; ray < scan.ranges_m.size(); ++ray) {
-    if (std::abs(WrapAngle(scan.Bearing(ray))) > kAheadRad) continue;
-    ++ahead;
-    if (std::isfinite(scan.ranges_m[ray]) || scan.ground_seen_m[ray] > 0.0F) ++determined;
-  }
-  return ahead > 0 && determined >= kEnough * ahead;
 }
 
 // Moves `value` towards `target` by at most `step`.
@@ -71,8 +70,48 @@ void SafetyMonitor::OnScan(Instant now, const Scan& scan, const Pose2& local_fro
     repeated_from_ = local_from_robot;
   }
   scan_ = Arrival{now, scan.utime};
-  if (ShowsWhatIsAhead(scan)) sight_ = scan_;
+  NoteWhatIsAhead(scan);
   invalid_scan_.reset();
+}
+
+void SafetyMonitor::NoteWhatIsAhead(const Scan& scan) {
+  std::array<int, kAheadParts> rays{};
+  std::array<int, kAheadParts> determined{};
+  for (std::size_t ray = 0; ray < scan.ranges_m.size(); ++ray) {
+    const double share = 0.5 * (1.0 + WrapAngle(scan.Bearing(ray)) / kAheadRad);
+    if (share < 0.0 || share >= 1.0) continue;
+    const auto part = static_cast<std::size_t>(share * kAheadParts);
+    ++rays[part];
+    if (std::isfinite(scan.ranges_m[ray]) || scan.ground_seen_m[ray] > 0.0F) ++determined[part];
+  }
+  for (std::size_t part = 0; part < kAheadParts; ++part) {
+    if (rays[part] > 0 && determined[part] >= kDetermined * rays[part]) sight_[part] = scan_;
+  }
+}
+
+bool SafetyMonitor::SeesAhead(Instant now) const {
+  return std::all_of(sight_.begin(), sight_.end(), [&](const std::optional<Arrival>& seen) {
+    return seen && !IsOlder(now, *seen, options_.scan_timeout_s);
+  });
+}
+
+void SafetyMonitor::ForgetPlaces() {
+  repeated_scan_.reset();
+  is_frozen_ = false;
+}
+
+void SafetyMonitor::OnOdometry(Instant now, Utime utime, const Pose2& odometry_from_robot) {
+  const Pose2 moved = moved_from_.Inverse() * odometry_from_robot;
+  if (!odometry_ || moved.translation().norm() > kMovedM || std::abs(moved.theta) > kMovedRad) {
+    moved_from_ = odometry_from_robot;
+    commanded_m_ = commanded_rad_ = 0.0;
+  }
+  odometry_ = Arrival{now, utime};
+  invalid_odometry_.reset();
+  if (commanded_m_ > kToldM || commanded_rad_ > kToldRad) {
+    odometry_frozen_ = now;
+    commanded_m_ = commanded_rad_ = 0.0;
+  }
 }
 
 void SafetyMonitor::OnPose(Instant now, Utime utime, const Pose2& correction) {
@@ -97,6 +136,13 @@ std::string SafetyMonitor::Blocker(Instant now) const {
   if (SecondsFromUtime(scan_->utime - now.utime) > kFutureS) return stop_reason::kScanInvalid;
   if (IsOlder(now, *scan_, options_.scan_timeout_s)) return stop_reason::kScanStale;
   if (is_frozen_) return stop_reason::kScanFrozen;
+  if (invalid_odometry_ && SecondsSince(now, *invalid_odometry_) < kInvalidHoldS) {
+    return stop_reason::kOdometryInvalid;
+  }
+  if (odometry_ && IsOlder(now, *odometry_, kOdometryTimeoutS)) return stop_reason::kOdometryStale;
+  if (odometry_frozen_ && SecondsSince(now, *odometry_frozen_) < kOdometryHoldS) {
+    return stop_reason::kOdometryFrozen;
+  }
   if (invalid_pose_ && SecondsSince(now, *invalid_pose_) < kInvalidHoldS) {
     return stop_reason::kPoseInvalid;
   }
@@ -118,7 +164,7 @@ std::string SafetyMonitor::HazardOf(Instant now, const Velocity& velocity,
                                     const Pose2& local_from_base) const {
   // Turning on the spot, a disc sweeps nothing.
   if (std::abs(velocity.linear_mps) < kStandingMps) return stop_reason::kNone;
-  if (velocity.linear_mps > 0.0 && (!sight_ || IsOlder(now, *sight_, options_.scan_timeout_s))) {
+  if (velocity.linear_mps > 0.0 && !SeesAhead(now)) {
     return stop_reason::kGroundNotSeen;
   }
   const double length = StoppingDistance(velocity.linear_mps) + options_.margin_m;
@@ -163,6 +209,8 @@ SafetyMonitor::Verdict SafetyMonitor::Pass(Instant now, double elapsed_s, const 
     }
   }
   last_ = verdict.velocity;
+  commanded_m_ += std::abs(last_.linear_mps) * elapsed_s;
+  commanded_rad_ += std::abs(last_.angular_radps) * elapsed_s;
   return verdict;
 }
 

@@ -6,6 +6,7 @@
 // going.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 
@@ -37,6 +38,11 @@ class SafetyMonitor {
   // A pose that makes sense; `correction` is by how much it differs from what was expected.
   void OnPose(Instant now, Utime utime, const Pose2& correction);
   void OnInvalidPose(Instant now) { invalid_pose_ = now; }
+  // Odometry that makes sense. Where there has been some, it has to go on.
+  void OnOdometry(Instant now, Utime utime, const Pose2& odometry_from_robot);
+  // Places told before are of another frame.
+  void ForgetPlaces();
+  void OnInvalidOdometry(Instant now) { invalid_odometry_ = now; }
 
   // What keeps the robot from moving at all; empty where nothing does.
   std::string Blocker(Instant now) const;
@@ -64,6 +70,8 @@ class SafetyMonitor {
     Instant at;
     Utime utime;
   };
+  void NoteWhatIsAhead(const Scan& scan);
+  bool SeesAhead(Instant now) const;
   static bool IsOlder(Instant now, const Arrival& arrival, double limit_s);
   // Why this velocity is not safe; empty where it is.
   std::string HazardOf(Instant now, const Velocity& velocity, const Surroundings& surroundings,
@@ -73,10 +81,19 @@ class SafetyMonitor {
   RobotOptions robot_;
   SafetyOptions options_;
   std::optional<Arrival> scan_;
-  std::optional<Arrival> sight_;  // the newest scan that shows what is ahead
+  // The newest scan that shows what is ahead, part by part from right to left.
+  static constexpr std::size_t kAheadParts = 4;
+  std::array<std::optional<Arrival>, kAheadParts> sight_;
   std::optional<Arrival> pose_;
   std::optional<Instant> invalid_scan_;
   std::optional<Instant> invalid_pose_;
+  std::optional<Instant> invalid_odometry_;
+  std::optional<Arrival> odometry_;
+  // What was commanded since odometry last showed a motion.
+  Pose2 moved_from_;
+  double commanded_m_ = 0.0;
+  double commanded_rad_ = 0.0;
+  std::optional<Instant> odometry_frozen_;
   std::optional<Instant> jumped_;
   // The scan that all later ones have repeated to the last bit, and where it was taken.
   std::optional<Scan> repeated_scan_;

@@ -67,6 +67,12 @@ void Surroundings::SetScan(Scan scan, const Pose2& local_from_robot) {
   is_changed_ = true;
 }
 
+void Surroundings::DropGrid() {
+  grid_.reset();
+  is_grid_drawn_ = false;
+  is_changed_ = true;
+}
+
 void Surroundings::Clear() {
   grid_.reset();
   scan_.reset();
@@ -98,11 +104,7 @@ void Surroundings::MoveWindow(const Eigen::Vector2d& middle) {
 void Surroundings::Update(Instant now, const Pose2& local_from_base) {
   now_s_ = std::chrono::duration<float>(now.steady).count();
   base_ = local_from_base.translation();
-  if (grid_ && SecondsSince(now, grid_at_) > kGridTimeoutS) {
-    grid_.reset();
-    is_grid_drawn_ = false;
-    is_changed_ = true;
-  }
+  if (grid_ && SecondsSince(now, grid_at_) > kGridTimeoutS) DropGrid();
   const Eigen::Vector2d middle = window_.origin + Eigen::Vector2d::Constant(0.5 * kWindowSideM);
   if (window_.size() == 0 || (base_ - middle).norm() > kMoveWindowM) {
     MoveWindow(base_);

@@ -19,6 +19,8 @@ class Surroundings {
 
   void SetGrid(Instant now, SeenGrid grid, const Pose2& local_from_robot);
   void SetScan(Scan scan, const Pose2& local_from_robot);
+  // What GRID said does not hold any more.
+  void DropGrid();
   // The local frame is a new one: nothing that was seen can be placed any more.
   void Clear();
   // Draws the map around the robot anew if anything has changed since. A GRID that is followed by

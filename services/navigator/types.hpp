@@ -52,6 +52,16 @@ struct LocatedTag {
   double area_90_m2 = 0.0;
 };
 
+// Where a tag may be, as a picture.
+struct PossibleArea {
+  Utime utime = 0;
+  std::string tag;
+  GridGeometry grid;  // map frame
+  // How much of the probability lies in cells at least as likely, 0 ... 254 = 99.6 %; 255: not
+  // walkable.
+  std::vector<std::uint8_t> credible_level;
+};
+
 struct Call {
   enum class Kind { kTag, kPoint, kCancel };
   Kind kind = Kind::kCancel;

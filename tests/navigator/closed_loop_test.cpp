@@ -1,6 +1,7 @@
 // The navigator in a world that moves with it. What is promised is checked on the world's truth.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -246,6 +247,99 @@ TEST(ClosedLoop, NewCallReplacesTheOldAndCancelStops) {
   EXPECT_EQ(world.driven_m(), driven);
 }
 
+TEST(ClosedLoop, OfTwoCallsAtOnceTheSecondHolds) {
+  TestWorld world(Hall(), {}, {5.0, 3.0, 0.0});
+  world.PutTag("caller", {9.0, 3.0});
+  world.CallByTag("caller");
+  world.CallTo({1.0, 3.0});
+  double farthest = 0.0;
+  world.on_command = [&](const Velocity&) {
+    farthest = std::max(farthest, world.status().goal.x());
+  };
+  ASSERT_TRUE(world.RunToEnd(60.0));
+  EXPECT_EQ(world.status().state, NavigatorState::kArrived);
+  EXPECT_LT(world.position().x(), 1.7);
+  EXPECT_LT(farthest, 2.0) << "it never made for the first";
+}
+
+TEST(ClosedLoop, ScansListedFromLeftToRightAreAsGood) {
+  TestWorld world(TwoRooms(3.0, 0.9), {Box(3.0, 2.0, 0.6, 0.6)}, {1.0, 3.0, 0.0});
+  world.tamper_scan = [](Scan& scan) {
+    scan.first_bearing_rad = scan.Bearing(scan.ranges_m.size() - 1);
+    scan.bearing_step_rad = -scan.bearing_step_rad;
+    std::reverse(scan.ranges_m.begin(), scan.ranges_m.end());
+    std::reverse(scan.ground_seen_m.begin(), scan.ground_seen_m.end());
+    return true;
+  };
+  world.CallTo({8.0, 3.0});
+  ASSERT_TRUE(world.RunToEnd(60.0));
+  EXPECT_EQ(world.status().state, NavigatorState::kArrived) << world.status().detail;
+  EXPECT_FALSE(world.has_collided());
+}
+
+TEST(ClosedLoop, GoesAfterATagThatLeavesUntilItIsCancelled) {
+  TestWorld world(Hall(), {}, {1.0, 3.0, 0.0});
+  world.PutTag("caller", {4.0, 3.0});
+  world.CallByTag("caller");
+  ASSERT_TRUE(world.RunToEnd(40.0));
+  const double driven = world.driven_m();
+  world.PutTag("caller", {4.3, 3.2});  // a step aside
+  world.Run(5.0);
+  EXPECT_EQ(world.status().state, NavigatorState::kArrived);
+  EXPECT_NEAR(world.driven_m(), driven, 0.1);
+  world.PutTag("caller", {8.5, 5.0});
+  ASSERT_TRUE(world.Run(5.0, [&] { return world.status().state == NavigatorState::kDriving; }));
+  ASSERT_TRUE(world.RunToEnd(40.0));
+  EXPECT_EQ(world.status().state, NavigatorState::kArrived);
+  EXPECT_LT((world.position() - Eigen::Vector2d(8.5, 5.0)).norm(), 1.3);
+  world.navigator().OnCall(world.now(), Call{});
+  world.PutTag("caller", {2.0, 1.0});
+  world.Run(5.0);
+  EXPECT_EQ(world.status().state, NavigatorState::kIdle);
+}
+
+// As likely as can be at two places of the hall, and nowhere else.
+PossibleArea TwoPlaces(Utime utime, const Eigen::Vector2d& first, const Eigen::Vector2d& second) {
+  PossibleArea area;
+  area.utime = utime;
+  area.tag = "caller";
+  area.grid = GridGeometry::Covering({0.0, 0.0}, {10.0, 6.0}, 0.5);
+  for (int cell = 0; cell < area.grid.size(); ++cell) {
+    const Eigen::Vector2d point = area.grid.Centre(cell);
+    const double away = std::min((point - first).norm(), (point - second).norm());
+    area.credible_level.push_back(static_cast<std::uint8_t>(std::min(254.0, 120.0 * away)));
+  }
+  return area;
+}
+
+TEST(ClosedLoop, WhoCallsAgainIsSearchedForElsewhereInThePossibleArea) {
+  TestWorld world(Hall(), {}, {1.0, 3.0, 0.0});
+  world.PutTag("caller", {4.0, 3.0}, 9.0);
+  world.CallByTag("caller");
+  ASSERT_TRUE(world.RunToEnd(40.0));
+  EXPECT_LT((world.position() - Eigen::Vector2d(4.0, 3.0)).norm(), 1.6);
+  world.navigator().OnPossibleArea(world.now(),
+                                   TwoPlaces(world.now().utime, {4.0, 3.0}, {8.0, 4.5}));
+  world.CallByTag("caller");
+  EXPECT_EQ(world.status().state, NavigatorState::kDriving);
+  ASSERT_TRUE(world.RunToEnd(40.0));
+  EXPECT_EQ(world.status().state, NavigatorState::kArrived);
+  EXPECT_LT((world.position() - Eigen::Vector2d(8.0, 4.5)).norm(), 1.6);
+}
+
+TEST(ClosedLoop, GoesToThePartOfThePossibleAreaThatItCanReach) {
+  FloorPlan plan = Hall();
+  plan.walls.push_back({{6, 0}, {6, 6}, std::nullopt});
+  TestWorld world(plan, {}, {1.0, 3.0, 0.0});
+  world.PutTag("caller", {8.5, 3.0}, 20.0);
+  world.CallByTag("caller");
+  world.navigator().OnPossibleArea(world.now(),
+                                   TwoPlaces(world.now().utime, {8.5, 3.0}, {4.5, 4.5}));
+  ASSERT_TRUE(world.RunToEnd(60.0));
+  EXPECT_EQ(world.status().state, NavigatorState::kArrived) << world.status().detail;
+  EXPECT_LT((world.position() - Eigen::Vector2d(4.5, 4.5)).norm(), 1.8);
+}
+
 TEST(ClosedLoop, WorksWithoutOdometry) {
   TestWorldOptions options;
   options.has_odometry = false;
@@ -284,6 +378,7 @@ TEST_P(Faults, StopTheRobotForANamedReasonAndItResumes) {
   EXPECT_LT(std::abs(world.speed()), 0.01);
   world.tamper_scan = [](Scan&) { return true; };
   world.tamper_pose = [](Utime&, Pose2&) { return true; };
+  world.tamper_odometry = [](Utime&, Pose2&) { return true; };
   ASSERT_TRUE(world.RunToEnd(60.0));
   EXPECT_EQ(world.status().state, NavigatorState::kArrived) << world.status().detail;
   EXPECT_FALSE(world.has_collided());
@@ -337,6 +432,26 @@ INSTANTIATE_TEST_SUITE_P(
                   return true;
                 };
               }},
+        // One half of the picture is dark: who comes from there would not be seen.
+        Fault{"scan_half_undetermined", stop_reason::kGroundNotSeen, 3.0,
+              [](TestWorld& world) {
+                world.tamper_scan = [](Scan& scan) {
+                  for (std::size_t ray = scan.ranges_m.size() / 2; ray < scan.ranges_m.size();
+                       ++ray) {
+                    scan.ranges_m[ray] = std::numeric_limits<float>::quiet_NaN();
+                    scan.ground_seen_m[ray] = 0.0F;
+                  }
+                  return true;
+                };
+              }},
+        Fault{"scan_cut_in_half", stop_reason::kGroundNotSeen, 3.0,
+              [](TestWorld& world) {
+                world.tamper_scan = [](Scan& scan) {
+                  scan.ranges_m.resize(scan.ranges_m.size() / 2);
+                  scan.ground_seen_m.resize(scan.ranges_m.size());
+                  return true;
+                };
+              }},
         Fault{"scan_time_reversed", stop_reason::kScanInvalid, 1.5,
               [](TestWorld& world) {
                 world.tamper_scan = [step = Utime{0}](Scan& scan) mutable {
@@ -357,6 +472,48 @@ INSTANTIATE_TEST_SUITE_P(
               [](TestWorld& world) {
                 world.tamper_pose = [](Utime& utime, Pose2&) {
                   utime -= 3'000'000;
+                  return true;
+                };
+              }},
+        Fault{"pose_outside_the_plan", stop_reason::kPoseInvalid, 3.0,
+              [](TestWorld& world) {
+                world.tamper_pose = [](Utime&, Pose2& pose) {
+                  pose.x += 50.0;
+                  return true;
+                };
+              }},
+        Fault{
+            "odometry_lost", stop_reason::kOdometryStale, 2.0,
+            [](TestWorld& world) { world.tamper_odometry = [](Utime&, Pose2&) { return false; }; }},
+        Fault{"odometry_old", stop_reason::kOdometryStale, 2.0,
+              [](TestWorld& world) {
+                world.tamper_odometry = [](Utime& utime, Pose2&) {
+                  utime -= 800'000;
+                  return true;
+                };
+              }},
+        Fault{"odometry_no_number", stop_reason::kOdometryInvalid, 1.5,
+              [](TestWorld& world) {
+                world.tamper_odometry = [](Utime&, Pose2& pose) {
+                  pose.theta = std::nan("");
+                  return true;
+                };
+              }},
+        Fault{"odometry_jumps", stop_reason::kOdometryInvalid, 1.5,
+              [](TestWorld& world) {
+                world.tamper_odometry = [odd = false](Utime&, Pose2& pose) mutable {
+                  odd = !odd;
+                  if (odd) pose.y += 3.0;
+                  return true;
+                };
+              }},
+        // The wheels are said to stand while they are told to turn.
+        Fault{"odometry_frozen", stop_reason::kOdometryFrozen, 2.5,
+              [](TestWorld& world) {
+                world.tamper_odometry = [last = std::optional<Pose2>()](Utime&,
+                                                                        Pose2& pose) mutable {
+                  if (!last) last = pose;
+                  pose = *last;
                   return true;
                 };
               }},

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "tests/support/process.hpp"
 #include "tools/evaluation/navigation/mission.hpp"
@@ -21,6 +22,21 @@ TEST(Mission, SameSeedIsTheSameRun) {
   EXPECT_EQ(first.path_m, again.path_m);
   EXPECT_EQ(first.final_distance_m, again.final_distance_m);
 }
+
+class Scenarios : public ::testing::TestWithParam<std::tuple<Scenario, int>> {};
+
+// evaluate_navigation runs a hundred of each.
+TEST_P(Scenarios, ArrivesWithoutATouch) {
+  const auto [scenario, seed] = GetParam();
+  const Mission mission =
+      RunMission(static_cast<std::uint64_t>(seed), DefaultMissionOptions(scenario));
+  EXPECT_EQ(mission.outcome, "arrived") << mission.reason;
+  EXPECT_GT(mission.closest_m, 0.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, Scenarios,
+                         ::testing::Combine(::testing::Values(Scenario::kDoor, Scenario::kStepIn),
+                                            ::testing::Values(1, 2)));
 
 TEST(EvaluateNavigation, PrintsTheNamesOfTheScoring) {
   const auto finished = testing::RunToEnd("evaluate_navigation", {"--seeds", "1-2", "--json"});

@@ -49,12 +49,13 @@ resume_file = "call"
 )");
   }
 
-  // A robot that stands at (2, 3), looks along x, and sees free floor, also beside itself: it
-  // stands still and has no other way to know that floor.
-  void Feed(double x = 2.0) {
+  // A robot at (2, 3) that looks along x, does what it is told, and sees free floor, also beside
+  // itself.
+  void Feed() {
+    if (drives_.size() > 0) x_ += 0.05 * drives_.messages().back().linear_mps;
     const Utime utime = SystemClock().Now().utime;
-    bus_.Publish(channels::kRobotPose, MessageFromPose(utime, {x, 3.0, 0.0}, 0.0, 0.0));
-    bus_.Publish(channels::kOdometry, MessageFromPose(utime, {0.0, 0.0, 0.0}, 0.0, 0.0));
+    bus_.Publish(channels::kRobotPose, MessageFromPose(utime, {2.0 + x_, 3.0, 0.0}, 0.0, 0.0));
+    bus_.Publish(channels::kOdometry, MessageFromPose(utime, {x_, 0.0, 0.0}, 0.0, 0.0));
     bot_core::planar_lidar_t scan{};
     scan.utime = utime;
     scan.nranges = scan.nintensities = 121;
@@ -89,6 +90,7 @@ resume_file = "call"
 
   testing::TempDir files_;
   std::filesystem::path config_;
+  double x_ = 0.0;  // m driven
   MessageBus bus_{kDefaultLcmUrl};
   Collector<velocity_command_t> drives_{bus_, channels::kDrive};
   Collector<navigator_status_t> statuses_{bus_, channels::kNavigator};
@@ -167,6 +169,25 @@ TEST_F(NavigatorProgram, NonsenseStopsItAndGoodMessagesSetItGoingAgain) {
     return healths_.size() > 0 && healths_.messages().back().refused >= refused_before + 5;
   }));
   EXPECT_TRUE(FeedUntil([&] { return IsDriving(); }));
+}
+
+TEST_F(NavigatorProgram, OfTwoCallsInOneBreathTheSecondIsAnswered) {
+  Process program("navigator", {"--config", config_.string()});
+  ASSERT_TRUE(FeedUntil([&] { return Status() != nullptr; }));
+  CallTo(15.0);
+  CallTo(12.0);
+  ASSERT_TRUE(FeedUntil([&] { return IsDriving(); }));
+  EXPECT_NEAR(Status()->goal[0], 12.0, 1e-9);
+  call_t nonsense{};
+  nonsense.kind = call_t::POINT;
+  nonsense.point[0] = std::nan("");
+  bus_.Publish(channels::kCall, nonsense);
+  nonsense.kind = 77;
+  bus_.Publish(channels::kCall, nonsense);
+  ASSERT_TRUE(
+      FeedUntil([&] { return healths_.size() > 0 && healths_.messages().back().refused >= 2; }));
+  EXPECT_NEAR(Status()->goal[0], 12.0, 1e-9) << "the good one still holds";
+  EXPECT_EQ(Status()->state, navigator_status_t::DRIVING);
 }
 
 TEST_F(NavigatorProgram, GoesOnWithItsCallAfterItWasKilled) {

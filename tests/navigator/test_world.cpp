@@ -162,7 +162,12 @@ void TestWorld::Sense() {
 
 void TestWorld::Deliver() {
   if (milliseconds_ % 50 == 0 && options_.has_odometry) {
-    navigator_.OnOdometry(now(), now().utime, odometry_from_robot_);
+    Utime utime = now().utime;
+    Pose2 pose = odometry_from_robot_;
+    try {
+      if (tamper_odometry(utime, pose)) navigator_.OnOdometry(now(), utime, pose);
+    } catch (const std::invalid_argument&) {  // as the message bus does
+    }
     mapper_.motion().AddOdometry(now().utime, odometry_from_robot_);
   } else if (milliseconds_ % 50 == 0) {
     // The mapper then lives on the ground's motion, which is as exact here.

@@ -72,6 +72,7 @@ class TestWorld {
   // What becomes of a scan before it is delivered; false: it is lost.
   std::function<bool(Scan&)> tamper_scan = [](Scan&) { return true; };
   std::function<bool(Utime&, Pose2&)> tamper_pose = [](Utime&, Pose2&) { return true; };
+  std::function<bool(Utime&, Pose2&)> tamper_odometry = [](Utime&, Pose2&) { return true; };
   // Called after each tick, 20 times a second.
   std::function<void(const Velocity&)> on_command = [](const Velocity&) {};
 

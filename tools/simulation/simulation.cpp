@@ -25,7 +25,7 @@ Simulation::Nearest Simulation::NearestTo(const Eigen::Vector2d& centre) const {
     if (distance < nearest.distance_m) nearest = {distance, solid.name};
   };
   for (const Solid& solid : world_.solids) consider(solid);
-  for (const Person& person : people_) consider(person.Body());
+  for (const Solid& body : People()) consider(body);
   return nearest;
 }
 
@@ -76,6 +76,7 @@ void Simulation::UpdateTruth() {
 std::vector<Solid> Simulation::People() const {
   std::vector<Solid> bodies;
   for (const Person& person : people_) bodies.push_back(person.Body());
+  if (visitor_) bodies.push_back(*visitor_);
   return bodies;
 }
 

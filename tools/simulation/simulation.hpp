@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,9 @@ class Simulation {
     UpdateTruth();
   }
 
+  // Somebody who moves as the caller of this likes, and does not mind the robot.
+  void SetVisitor(const std::optional<Solid>& visitor) { visitor_ = visitor; }
+
   // One step on. Returns the packets that the robot's radio received in it.
   std::vector<RadioPacket> Step();
 
@@ -76,6 +80,7 @@ class Simulation {
   Base base_;
   Radio radio_;
   std::vector<Person> people_;
+  std::optional<Solid> visitor_;
   std::uint64_t step_ = 0;
   Truth truth_;
   bool in_contact_ = false;

@@ -10,6 +10,7 @@
 #include "beckon/location_t.hpp"
 #include "beckon/service_health_t.hpp"
 #include "common/clock.hpp"
+#include "tools/viewer/answer_times.hpp"
 #include "tools/viewer/scene.hpp"
 
 namespace beckon {
@@ -34,6 +35,8 @@ class MissionLog {
   void OnScan() { ++scans_; }
   void OnPose(const Pose2& map_from_robot);
 
+  AnswerTimes& answers() { return answers_; }
+
   // One line for a person: time, state, pose, distance to go, nearest obstacle, tag, pictures,
   // health.
   std::string Line(const Scene& scene, Instant now);
@@ -50,6 +53,7 @@ class MissionLog {
   };
   std::string HealthText(Instant now) const;
 
+  AnswerTimes answers_;
   std::map<std::string, HealthEntry> health_;
   std::map<std::string, location_t> locations_;
   std::optional<Pose2> last_pose_;

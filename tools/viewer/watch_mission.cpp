@@ -6,6 +6,7 @@
 #include <opencv2/highgui.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "beckon/velocity_command_t.hpp"
 #include "bot_core/pose_t.hpp"
 #include "common/channels.hpp"
 #include "common/config.hpp"
@@ -40,6 +41,7 @@ void Subscribe(beckon::MessageBus& bus, const beckon::Clock& clock, Scene& scene
   namespace channels = beckon::channels;
   bus.Subscribe<bot_core::image_t>(channels::kCamera, [&](const bot_core::image_t& frame) {
     scene.frames.push_back(frame);
+    log.answers().OnFrame(frame.utime);
     if (scene.frames.size() > kFramesKept) scene.frames.pop_front();
   });
   bus.Subscribe<beckon::ground_t>(channels::kGround,
@@ -48,7 +50,11 @@ void Subscribe(beckon::MessageBus& bus, const beckon::Clock& clock, Scene& scene
                                           [&](const bot_core::planar_lidar_t& scan) {
                                             scene.scan = scan;
                                             log.OnScan();
+                                            log.answers().OnScan(scan.utime, clock.Now().utime);
                                           });
+  bus.Subscribe<beckon::velocity_command_t>(
+      channels::kDrive,
+      [&](const beckon::velocity_command_t& drive) { log.answers().OnDrive(drive.utime); });
   bus.Subscribe<beckon::occupancy_grid_t>(
       channels::kGrid, [&](const beckon::occupancy_grid_t& grid) { scene.grid = grid; });
   bus.Subscribe<beckon::probability_map_t>(channels::kLocationMap,
@@ -70,7 +76,7 @@ void Subscribe(beckon::MessageBus& bus, const beckon::Clock& clock, Scene& scene
 }
 
 // Prints the summary; true when the robot stands beside the caller and touched nothing.
-bool Summarize(const Scene& scene, const MissionLog& log, const std::optional<beckon::Truth>& truth,
+bool Summarize(const Scene& scene, MissionLog& log, const std::optional<beckon::Truth>& truth,
                Instant now) {
   const bool says_arrived = scene.status && scene.status->state == navigator_status_t::ARRIVED;
   bool well = says_arrived;
@@ -86,6 +92,11 @@ bool Summarize(const Scene& scene, const MissionLog& log, const std::optional<be
     std::printf("%-28s %.1f m\n", "path length", log.path_length_m());
   }
   std::printf("%-28s %.1f\n", "frames per second", log.scans_per_second(now));
+  const beckon::AnswerTimes::Summary answers = log.answers().Summarize();
+  std::printf("%-28s median %.0f ms, 95 %% within %.0f ms\n", "from frame to command",
+              1e3 * answers.median_s, 1e3 * answers.p95_s);
+  std::printf("%-28s %d of %d\n", "frames never answered", answers.unanswered,
+              answers.answered + answers.unanswered);
   return well;
 }
 

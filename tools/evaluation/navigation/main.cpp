@@ -9,12 +9,15 @@
 
 int main(int argc, char** argv) {
   CLI::App app("Missions in random furnished flats: one a seed.", "evaluate_navigation");
-  beckon::MissionOptions options = beckon::DefaultMissionOptions();
+  std::string scenario = "flat";
   std::string perception = "scan";
   std::string pose = "odometry";
   std::string seeds_text = "1-20";
   std::string pictures;
   bool as_json = false;
+  app.add_option("--scenario", scenario,
+                 "flat: random furnished flats; door: through 0.8 m; step-in: somebody steps in")
+      ->check(CLI::IsMember({"flat", "door", "step-in"}));
   app.add_option("--perception", perception,
                  "scan: true ranges with a camera's faults; camera: pictures")
       ->check(CLI::IsMember({"scan", "camera"}));
@@ -30,6 +33,10 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  beckon::MissionOptions options =
+      beckon::DefaultMissionOptions(scenario == "door"      ? beckon::Scenario::kDoor
+                                    : scenario == "step-in" ? beckon::Scenario::kStepIn
+                                                            : beckon::Scenario::kFlat);
   options.use_camera = perception == "camera";
   options.use_true_pose = pose == "truth";
   beckon::StartLogging("evaluate_navigation", beckon::LogLevel::kWarning);

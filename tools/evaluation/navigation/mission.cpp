@@ -38,7 +38,7 @@ class Runner {
  public:
   Runner(std::uint64_t seed, const MissionOptions& options)
       : options_(options),
-        world_(MissionWorld(seed), BaseOf(options.navigator.robot), {}),
+        world_(ScenarioWorld(options.scenario, seed), BaseOf(options.navigator.robot), {}),
         perception_(options.use_camera
                         ? MakeCameraPerception(simulation::DefaultCamera(), world_.world())
                         : MakeScanPerception(simulation::DefaultCamera(), seed)),
@@ -47,7 +47,10 @@ class Runner {
         navigator_(options.navigator, simulation::SiteOf(world_.world()).plan),
         map_from_odometry_(world_.base().map_from_robot() *
                            world_.base().odometry_from_robot().Inverse()) {
+    mission_.scenario = options.scenario;
     mission_.seed = seed;
+    if (options.scenario == Scenario::kStepIn)
+      visitor_.emplace(seed, options.navigator.robot.radius_m);
   }
 
   Mission Run() {
@@ -77,6 +80,10 @@ class Runner {
   }
 
   void Step() {
+    if (visitor_) {
+      world_.SetVisitor(
+          visitor_->At(world_.truth(), world_.base().CentreAt(world_.base().map_from_robot())));
+    }
     const auto packets = world_.Step();
     clock_.Advance(microseconds(UtimeFromSeconds(simulation::kStepS)));
     const Instant now = clock_.Now();
@@ -92,8 +99,9 @@ class Runner {
     See(now);
     if (!has_called_ && time_s() > kCallAfterS) {
       has_called_ = true;
-      navigator_.OnCall(
-          now, {Call::Kind::kTag, now.utime, simulation::kCallerTag, Eigen::Vector2d::Zero()});
+      const bool is_tag = options_.scenario == Scenario::kFlat;
+      navigator_.OnCall(now, {is_tag ? Call::Kind::kTag : Call::Kind::kPoint, now.utime,
+                              is_tag ? simulation::kCallerTag : "", world_.world().caller});
     }
     if (IsDue(time_s(), kTickS)) Tick(now);
     if (IsDue(time_s(), kTrailS)) {
@@ -141,12 +149,25 @@ class Runner {
   void Tick(Instant now) {
     const Velocity velocity = navigator_.Tick(now);
     world_.Command(velocity.linear_mps, velocity.angular_radps);
+    CountReversals(velocity);
     const NavigatorStatus& status = navigator_.status();
     if (status.stop_reason != stop_reason_ && !status.stop_reason.empty()) {
       ++mission_.stops[status.stop_reason];
     }
     stop_reason_ = status.stop_reason;
     if (!status.route.empty()) mission_.route = status.route;
+  }
+
+  // Small turns to and fro are no weaving.
+  void CountReversals(const Velocity& velocity) {
+    constexpr double kTurnRadps = 0.15;
+    constexpr double kDrivingMps = 0.1;
+    if (velocity.linear_mps < kDrivingMps) {
+      steered_ = 0.0;
+    } else if (std::abs(velocity.angular_radps) > kTurnRadps) {
+      if (steered_ * velocity.angular_radps < 0.0) ++mission_.reversals;
+      steered_ = velocity.angular_radps;
+    }
   }
 
   // Arrived: within 2 m of the caller, or inside the 90 % area around the estimate.
@@ -206,13 +227,15 @@ class Runner {
   ManualClock clock_;
   std::deque<Seen> in_flight_;
   bool has_called_ = false;
+  std::optional<Visitor> visitor_;
+  double steered_ = 0.0;  // rad/s, when it last steered while driving
   std::string stop_reason_;
   Mission mission_;
 };
 
 }  // namespace
 
-MissionOptions DefaultMissionOptions() {
+MissionOptions DefaultMissionOptions(Scenario scenario) {
   MissionOptions options;
   const simulation::BaseOptions base;
   RobotOptions& robot = options.navigator.robot;
@@ -222,17 +245,9 @@ MissionOptions DefaultMissionOptions() {
   robot.max_turn_radps = base.max_turn_radps;
   robot.max_acceleration_mps2 = base.max_acceleration_mps2;
   robot.max_turn_acceleration_radps2 = base.max_turn_acceleration_radps2;
+  options.scenario = scenario;
+  if (scenario == Scenario::kStepIn) robot.max_speed_mps = 0.5;
   return options;
-}
-
-simulation::World MissionWorld(std::uint64_t seed) {
-  simulation::WorldOptions options;
-  options.min_rooms = 1;
-  options.max_rooms = 6;
-  options.min_furniture = 0;
-  options.max_furniture = 10;
-  options.walking_people = static_cast<int>(seed % 4);
-  return simulation::MakeWorld(seed, options);
 }
 
 Mission RunMission(std::uint64_t seed, const MissionOptions& options) {

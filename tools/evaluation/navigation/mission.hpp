@@ -10,22 +10,22 @@
 #include <vector>
 
 #include "services/navigator/navigator.hpp"
-#include "tools/simulation/world.hpp"
+#include "tools/evaluation/navigation/scenarios.hpp"
 
 namespace beckon {
 
 struct MissionOptions {
+  Scenario scenario = Scenario::kFlat;
   bool use_camera =
       false;  // rendered pictures through the vision chain, else true ranges with noise
   bool use_true_pose = false;  // else odometry from a known start
   double max_time_s = 400.0;
   NavigatorOptions navigator;
 };
-MissionOptions DefaultMissionOptions();
-// The flat of this seed: 1 to 6 rooms, up to 10 pieces of furniture, up to 3 people who walk.
-simulation::World MissionWorld(std::uint64_t seed);
+MissionOptions DefaultMissionOptions(Scenario scenario = Scenario::kFlat);
 
 struct Mission {
+  Scenario scenario = Scenario::kFlat;
   std::uint64_t seed = 0;
   // "arrived", "collided", "gave_up", "unreachable" (gave up, and rightly), "elsewhere" (says it
   // has arrived, but has not), "timeout".
@@ -36,8 +36,9 @@ struct Mission {
   double shortest_m = 0.0;  // for this footprint, to where it stopped
   double closest_m = 0.0;   // least free space around the disc
   std::string closest_to;
-  double final_distance_m = 0.0;       // from the disc's centre to the caller
-  std::map<std::string, int> stops;    // how often it stopped, by reason
+  double final_distance_m = 0.0;     // from the disc's centre to the caller
+  std::map<std::string, int> stops;  // how often it stopped, by reason
+  int reversals = 0;  // times that it steered from one side to the other while driving
   std::vector<Eigen::Vector2d> trail;  // of the disc's centre, m, map frame
   std::vector<Eigen::Vector2d> route;  // the last one planned
 

@@ -29,11 +29,14 @@ struct Summary {
   double time_s_median = 0.0;
   double final_distance_m_median = 0.0;
   std::map<std::string, int> stops;
+  double reversals_per_m = 0.0;
 };
 
 Summary Summarise(const std::vector<Mission>& missions) {
   Summary summary;
   std::vector<double> ratios, times, distances;
+  int reversals = 0;
+  double path_m = 0.0;
   for (const Mission& mission : missions) {
     ++summary.missions;
     summary.arrived += mission.outcome == "arrived" ? 1 : 0;
@@ -44,12 +47,15 @@ Summary Summarise(const std::vector<Mission>& missions) {
     summary.timeout += mission.outcome == "timeout" ? 1 : 0;
     summary.closest_m_min = std::min(summary.closest_m_min, mission.closest_m);
     for (const auto& [reason, count] : mission.stops) summary.stops[reason] += count;
+    reversals += mission.reversals;
+    path_m += mission.path_m;
     if (mission.outcome != "arrived") continue;
     ratios.push_back(mission.path_ratio());
     times.push_back(mission.time_s);
     distances.push_back(mission.final_distance_m);
   }
   summary.path_ratio_median = Median(ratios);
+  summary.reversals_per_m = path_m > 0.0 ? reversals / path_m : 0.0;
   summary.time_s_median = Median(times);
   summary.final_distance_m_median = Median(distances);
   return summary;
@@ -98,6 +104,7 @@ std::string MissionsAsJson(const std::vector<Mission>& missions) {
                     {"closest_m", mission.closest_m},
                     {"closest_to", mission.closest_to},
                     {"final_distance_m", mission.final_distance_m},
+                    {"reversals", mission.reversals},
                     {"stops", mission.stops}});
   }
   const nlohmann::json all = {{"missions", summary.missions},
@@ -111,6 +118,7 @@ std::string MissionsAsJson(const std::vector<Mission>& missions) {
                               {"closest_m_min", summary.closest_m_min},
                               {"time_s_median", summary.time_s_median},
                               {"final_distance_m_median", summary.final_distance_m_median},
+                              {"reversals_per_m", summary.reversals_per_m},
                               {"stops", summary.stops},
                               {"runs", runs}};
   return all.dump(2) + "\n";
@@ -128,15 +136,16 @@ std::string MissionAsLine(const Mission& mission) {
 
 std::string MissionsAsTable(const std::vector<Mission>& missions) {
   const Summary summary = Summarise(missions);
-  char text[512];
+  char text[640];
   std::snprintf(text, sizeof(text),
                 "%d missions: %d arrived, %d collided, %d gave up, %d unreachable, %d elsewhere, "
                 "%d timed out\n"
                 "path over shortest %.2f, time %.1f s, distance to the caller %.2f m (medians); "
-                "closest %.3f m\nstops:",
+                "closest %.3f m; steering reversed %.2f times a metre\nstops:",
                 summary.missions, summary.arrived, summary.collided, summary.gave_up,
                 summary.unreachable, summary.elsewhere, summary.timeout, summary.path_ratio_median,
-                summary.time_s_median, summary.final_distance_m_median, summary.closest_m_min);
+                summary.time_s_median, summary.final_distance_m_median, summary.closest_m_min,
+                summary.reversals_per_m);
   std::string table = text;
   for (const auto& [reason, count] : summary.stops) {
     table += " " + reason + " " + std::to_string(count);
@@ -145,7 +154,7 @@ std::string MissionsAsTable(const std::vector<Mission>& missions) {
 }
 
 void DrawMission(const Mission& mission, const std::filesystem::path& file) {
-  const simulation::World world = MissionWorld(mission.seed);
+  const simulation::World world = ScenarioWorld(mission.scenario, mission.seed);
   Canvas canvas(world);
   for (const simulation::Solid& solid : world.solids) {
     const bool is_wall = solid.kind == simulation::SolidKind::kWall;

@@ -1,0 +1,128 @@
+#include "tools/evaluation/navigation/scenarios.hpp"
+
+#include <cmath>
+
+#include "tools/simulation/random.hpp"
+#include "tools/simulation/solids.hpp"
+
+namespace beckon {
+namespace {
+
+using simulation::Random;
+using simulation::Solid;
+using simulation::Stream;
+using simulation::World;
+
+constexpr double kHallLengthM = 10.0;
+constexpr double kHallWidthM = 4.0;
+constexpr double kMiddleM = 0.5 * kHallWidthM;
+constexpr double kWallM = 0.1;
+
+void AddBox(const Eigen::Vector2d& min, const Eigen::Vector2d& max, World& world) {
+  const Eigen::Vector2d middle = 0.5 * (min + max);
+  world.solids.push_back(simulation::MakeBox(
+      "wall " + std::to_string(world.solids.size() + 1), simulation::SolidKind::kWall,
+      {middle.x(), middle.y(), 0.0}, max - min, simulation::kWallHeightM));
+}
+
+World Hall(std::uint64_t seed) {
+  World world;
+  world.seed = seed;
+  world.max = {kHallLengthM, kHallWidthM};
+  AddBox({-kWallM, -kWallM}, {kHallLengthM + kWallM, 0.0}, world);
+  AddBox({-kWallM, kHallWidthM}, {kHallLengthM + kWallM, kHallWidthM + kWallM}, world);
+  AddBox({-kWallM, 0.0}, {0.0, kHallWidthM}, world);
+  AddBox({kHallLengthM, 0.0}, {kHallLengthM + kWallM, kHallWidthM}, world);
+  world.inner_wall_thickness_m = kWallM;
+  const char* const names[] = {"0001", "0002", "0003", "0004"};
+  for (int i = 0; i < 4; ++i) {
+    world.beacons.push_back({names[i], {i % 2 == 0 ? 0.1 : 9.9, i < 2 ? 0.1 : 3.9, 2.0}});
+  }
+  return world;
+}
+
+// The pose of the robot frame for a footprint that stands here.
+Pose2 RobotAt(const Eigen::Vector2d& centre, double heading_rad) {
+  const simulation::BaseOptions base;
+  return Pose2{centre.x(), centre.y(), heading_rad} * Pose2{-base.centre_x_m, 0.0, 0.0};
+}
+
+World DoorWorld(std::uint64_t seed) {
+  constexpr double kDoorM = 0.8;
+  World world = Hall(seed);
+  Random random(seed, Stream::kPlaces);
+  const double x = 0.5 * kHallLengthM;
+  const double y = random.Uniform(0.8, kHallWidthM - 0.8);
+  for (const bool is_lower : {true, false}) {
+    const Eigen::Vector2d from(x, is_lower ? 0.0 : y + 0.5 * kDoorM);
+    const Eigen::Vector2d to(x, is_lower ? y - 0.5 * kDoorM : kHallWidthM);
+    const Eigen::Vector2d half(0.5 * kWallM, 0.0);
+    AddBox(from - half, to + half, world);
+    world.inner_walls.push_back({from, to, std::nullopt});
+  }
+  world.doors.push_back({{x, y}, kDoorM});
+  const bool is_back = seed % 2 == 0;
+  const Eigen::Vector2d left = random.UniformIn({0.8, 0.6}, {3.8, kHallWidthM - 0.6});
+  const Eigen::Vector2d right = random.UniformIn({6.2, 0.6}, {9.2, kHallWidthM - 0.6});
+  world.map_from_robot =
+      RobotAt(is_back ? right : left, random.Uniform(-std::numbers::pi, std::numbers::pi));
+  world.caller = is_back ? left : right;
+  return world;
+}
+
+World StepInWorld(std::uint64_t seed) {
+  World world = Hall(seed);
+  world.map_from_robot = RobotAt({0.8, kMiddleM}, 0.0);
+  world.caller = {kHallLengthM - 1.0, kMiddleM};
+  return world;
+}
+
+World Flat(std::uint64_t seed) {
+  simulation::WorldOptions options;
+  options.min_rooms = 1;
+  options.max_rooms = 6;
+  options.min_furniture = 0;
+  options.max_furniture = 10;
+  options.walking_people = static_cast<int>(seed % 4);
+  return simulation::MakeWorld(seed, options);
+}
+
+}  // namespace
+
+World ScenarioWorld(Scenario scenario, std::uint64_t seed) {
+  switch (scenario) {
+    case Scenario::kDoor:
+      return DoorWorld(seed);
+    case Scenario::kStepIn:
+      return StepInWorld(seed);
+    case Scenario::kFlat:
+      break;
+  }
+  return Flat(seed);
+}
+
+Visitor::Visitor(std::uint64_t seed, double robot_radius_m) : robot_radius_m_(robot_radius_m) {
+  Random random(seed, Stream::kPeople);
+  start_x_m_ = random.Uniform(2.5, 6.0);
+  side_ = random.Chance(0.5) ? 1.0 : -1.0;
+  speed_mps_ = random.Uniform(0.8, 1.6);
+}
+
+std::optional<Solid> Visitor::At(const simulation::Truth& truth,
+                                 const Eigen::Vector2d& robot_centre) {
+  constexpr double kAtSpeedMps = 0.45;
+  constexpr double kAheadM = 1.5;  // of the robot's rim, to the body
+  constexpr double kFromM = 1.0;   // aside of the robot's way
+  if (!entry_ && robot_centre.x() > start_x_m_ && truth.speed_mps > kAtSpeedMps) {
+    entry_ = Entry{truth.time_s,
+                   robot_centre.x() + robot_radius_m_ + kAheadM + simulation::kPersonRadiusM};
+  }
+  if (!entry_) return std::nullopt;
+  // In to the middle of the way, and there he stays.
+  const double walked_m = std::min(kFromM, speed_mps_ * (truth.time_s - entry_->time_s));
+  const double y = kMiddleM + side_ * (kFromM - walked_m);
+  return simulation::MakeCylinder("visitor", simulation::SolidKind::kPerson, {entry_->x_m, y},
+                                  simulation::kPersonRadiusM, simulation::kPersonHeightM);
+}
+
+}  // namespace beckon
