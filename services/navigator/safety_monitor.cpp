@@ -61,14 +61,18 @@ void ReadSafetyOptions(ConfigTable& table, SafetyOptions& options) {
 
 void SafetyMonitor::OnScan(Instant now, const Scan& scan, const Pose2& local_from_robot) {
   if (repeated_scan_ && IsRepetition(*repeated_scan_, scan)) {
+    // No faster than it can go: a pose that jumps is no motion.
+    const double elapsed_s = SecondsFromUtime(scan.utime - repeated_scan_->utime);
     const Pose2 moved = repeated_from_.Inverse() * local_from_robot;
-    if (moved.translation().norm() > kFrozenM || std::abs(moved.theta) > kFrozenRad)
-      is_frozen_ = true;
+    repeated_m_ += std::min(moved.translation().norm(), 1.5 * robot_.max_speed_mps * elapsed_s);
+    repeated_rad_ += std::min(std::abs(moved.theta), 1.5 * robot_.max_turn_radps * elapsed_s);
+    if (repeated_m_ > kFrozenM || repeated_rad_ > kFrozenRad) is_frozen_ = true;
   } else {
     is_frozen_ = false;
-    repeated_scan_ = scan;
-    repeated_from_ = local_from_robot;
+    repeated_m_ = repeated_rad_ = 0.0;
   }
+  repeated_scan_ = scan;
+  repeated_from_ = local_from_robot;
   scan_ = Arrival{now, scan.utime};
   NoteWhatIsAhead(scan);
   invalid_scan_.reset();
@@ -98,6 +102,7 @@ bool SafetyMonitor::SeesAhead(Instant now) const {
 void SafetyMonitor::ForgetPlaces() {
   repeated_scan_.reset();
   is_frozen_ = false;
+  repeated_m_ = repeated_rad_ = 0.0;
 }
 
 void SafetyMonitor::OnOdometry(Instant now, Utime utime, const Pose2& odometry_from_robot) {

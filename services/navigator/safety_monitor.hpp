@@ -95,9 +95,11 @@ class SafetyMonitor {
   double commanded_rad_ = 0.0;
   std::optional<Instant> odometry_frozen_;
   std::optional<Instant> jumped_;
-  // The scan that all later ones have repeated to the last bit, and where it was taken.
+  // The newest scan, where it was taken, and the motion since scans are the same to the last bit.
   std::optional<Scan> repeated_scan_;
   Pose2 repeated_from_;
+  double repeated_m_ = 0.0;
+  double repeated_rad_ = 0.0;
   bool is_frozen_ = false;
   Velocity last_;
 };
