@@ -42,7 +42,7 @@ constexpr double kClusterM = 0.5;
 constexpr double kClusterRad = 0.35;
 constexpr double kLocatedShare = 0.9;
 constexpr double kLostShare = 0.5;
-constexpr double kAgreeViews = 3.0;
+constexpr double kAgreeViews = 5.0;
 constexpr int kEvidenceParticles = 40;
 
 std::int64_t BinOf(const Pose2& pose, double side_m, double side_rad) {

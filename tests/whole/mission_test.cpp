@@ -59,6 +59,15 @@ TEST_F(MissionTest, TheRobotComesWhenItIsCalled) {
   EXPECT_GT(std::filesystem::file_size(run_directory_.path() / "log/beckon.lcmlog.0"), 1'000'000U);
 }
 
+TEST_F(MissionTest, ARobotThatIsNotToldWhereItStartsFindsOut) {
+  testing::Process demo{testing::SourceDir() / "tools/demo",
+                        {"--headless", "--no-build", "--seed", "1", "--timeout", "150", "--lost"}};
+  const int exit_code = demo.WaitForExit(seconds(190));
+  EXPECT_EQ(exit_code, 0) << demo.Output();
+  EXPECT_THAT(demo.Output(), HasSubstr("arrived"));
+  EXPECT_THAT(demo.Output(), HasSubstr("looking for itself"));
+}
+
 constexpr double kScanTimeoutS = 0.5;  // after that the navigator brakes
 
 // What a bystander on the network sees of one mission.
