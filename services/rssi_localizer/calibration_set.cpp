@@ -29,6 +29,7 @@ void CloseWindow(const Site& site, std::map<int, Mean>& window, Utime utime, int
     sample.position = mean.position / mean.count;
     sample.distance_m = BeaconDistance(site.beacons[static_cast<std::size_t>(beacon)],
                                        site.tag_height_m, sample.position);
+    sample.readings = mean.count;
     sample.epoch = epoch;
     added.heard.emplace_back(beacon, sample.rssi_dbm);
   }

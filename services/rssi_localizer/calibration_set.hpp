@@ -28,7 +28,8 @@ struct CalibrationSample {
   // Readings taken again and again at one place say less than their number: samples in one square
   // metre of one beacon count together at most kMaxWeightPerPlace.
   double weight = 1.0;
-  int epoch = 0;  // index in CalibrationSet::epochs
+  int readings = 1;  // of which this is the mean
+  int epoch = 0;     // index in CalibrationSet::epochs
 };
 
 struct CalibrationEpoch {

@@ -1,5 +1,6 @@
 #include "services/rssi_localizer/floor_grid.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -54,6 +55,55 @@ FloorGrid::FloorGrid(const FloorPlan& plan, const FloorGridOptions& options,
       if (to < 0 || WallBetween(plan, centres_[cell], geometry_.Centre(to_column, to_row)))
         continue;
       neighbours_[cell][k] = to;
+    }
+  }
+  MakeBlocks();
+  moments_.origin = 0.5 * (plan.min + plan.max);
+  for (const Eigen::Vector2d& centre : centres_) {
+    moments_.first += centre - moments_.origin;
+    moments_.second += (centre - moments_.origin) * (centre - moments_.origin).transpose();
+  }
+}
+
+void FloorGrid::MakeBlocks() {
+  const auto across = [](int extent) { return (extent + kBlockSide - 1) / kBlockSide; };
+  const int columns = across(geometry_.width);
+  const int rows = across(geometry_.height);
+  std::vector<int> block_at(static_cast<std::size_t>(columns * rows), -1);
+  std::vector<int> at;  // per block
+  for (int cell = 0; cell < size(); ++cell) {
+    const int index = geometry_index_[static_cast<std::size_t>(cell)];
+    const int square =
+        index / geometry_.width / kBlockSide * columns + index % geometry_.width / kBlockSide;
+    int& block = block_at[static_cast<std::size_t>(square)];
+    if (block < 0) {
+      block = static_cast<int>(blocks_.size());
+      blocks_.emplace_back();
+      at.push_back(square);
+    }
+    std::vector<int>& cells = blocks_[static_cast<std::size_t>(block)].cells;
+    block_of_.emplace_back(block, static_cast<int>(cells.size()));
+    cells.push_back(cell);
+  }
+  for (std::size_t block = 0; block < blocks_.size(); ++block) {
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+    for (const int cell : blocks_[block].cells) middle += centres_[static_cast<std::size_t>(cell)];
+    middle /= static_cast<double>(blocks_[block].cells.size());
+    const auto off = [&](int cell) {
+      return (centres_[static_cast<std::size_t>(cell)] - middle).squaredNorm();
+    };
+    blocks_[block].representative =
+        *std::min_element(blocks_[block].cells.begin(), blocks_[block].cells.end(),
+                          [&](int a, int b) { return off(a) < off(b); });
+    const int column = at[block] % columns;
+    const int row = at[block] / columns;
+    for (int r = std::max(0, row - 1); r <= std::min(rows - 1, row + 1); ++r) {
+      for (int c = std::max(0, column - 1); c <= std::min(columns - 1, column + 1); ++c) {
+        const int other = block_at[static_cast<std::size_t>(r * columns + c)];
+        if (other >= 0 && other != static_cast<int>(block)) {
+          blocks_[block].neighbours.push_back(other);
+        }
+      }
     }
   }
 }

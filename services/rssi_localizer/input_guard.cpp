@@ -6,14 +6,17 @@
 
 namespace beckon {
 
-void InputGuard::Check(Localizer::Verdict verdict, const Reading& reading) {
+void InputGuard::Check(Localizer::Verdict verdict, const Reading& reading, const Instant& now) {
   constexpr std::size_t kMaxNames = 100;
   using Verdict = Localizer::Verdict;
   switch (verdict) {
     case Verdict::kAccepted:
       return;
     case Verdict::kUndeclaredBeacon:
-      if (undeclared_.size() < kMaxNames && undeclared_.insert(reading.beacon).second) {
+      if (const auto known = undeclared_.find(reading.beacon); known != undeclared_.end()) {
+        known->second = now.steady;
+      } else if (undeclared_.size() < kMaxNames) {
+        undeclared_[reading.beacon] = now.steady;
         LogWarning("beacon '" + reading.beacon +
                    "' is not declared in the site file; its readings are not used");
       }
@@ -30,10 +33,18 @@ void InputGuard::Check(Localizer::Verdict verdict, const Reading& reading) {
   }
 }
 
-std::string InputGuard::Complaint() const {
-  if (undeclared_.empty()) return "";
-  return std::to_string(undeclared_.size()) + " beacon(s) heard that the site does not declare, " +
-         "such as '" + *undeclared_.begin() + "'";
+std::string InputGuard::Complaint(const Instant& now) const {
+  constexpr std::chrono::minutes kRemembered{1};
+  int heard = 0;
+  const std::string* first = nullptr;
+  for (const auto& [beacon, last] : undeclared_) {
+    if (now.steady - last > kRemembered) continue;
+    ++heard;
+    if (!first) first = &beacon;
+  }
+  if (!first) return "";
+  return std::to_string(heard) + " beacon(s) heard that the site does not declare, such as '" +
+         *first + "'";
 }
 
 }  // namespace beckon

@@ -2,8 +2,10 @@
 // told to a person once.
 #pragma once
 
-#include <set>
+#include <map>
 #include <string>
+
+#include "common/clock.hpp"
 
 #include "services/rssi_localizer/localizer.hpp"
 
@@ -13,13 +15,13 @@ class InputGuard {
  public:
   // Returns for an accepted reading; throws std::invalid_argument, with the reason, for one that
   // makes no sense. Undeclared beacons are logged once each, up to a hundred names.
-  void Check(Localizer::Verdict verdict, const Reading& reading);
+  void Check(Localizer::Verdict verdict, const Reading& reading, const Instant& now);
 
-  // One sentence for HEALTH; empty where nothing is wrong with the configuration of the site.
-  std::string Complaint() const;
+  // One sentence for HEALTH; empty where no undeclared beacon was heard in the last minute.
+  std::string Complaint(const Instant& now) const;
 
  private:
-  std::set<std::string> undeclared_;
+  std::map<std::string, std::chrono::microseconds> undeclared_;  // when last heard, steady clock
 };
 
 }  // namespace beckon

@@ -106,13 +106,16 @@ void TagTracker::AddSlice(const std::vector<BeaconReading>& slice, Utime utime) 
     if (last.utime > begin) in_window.emplace_back(beacon, last.rssi_dbm);
   }
   const double least_rssi = LeastUsedRssi(in_window, model_.trust);
-  CellValues log_likelihood(static_cast<std::size_t>(model_.grid.size()), 0.0F);
-  for (std::size_t i = 0; i < heard.size(); ++i) {
-    const auto& [beacon, rssi] = heard[i];
-    if (rssi < least_rssi) continue;
-    model_.model.AddLogLikelihood(beacon, rssi, model_.trust.temper * weight[i], log_likelihood);
-  }
-  tracker_.Update(log_likelihood);
+  tracker_.Update([&](std::span<const int> cells) {
+    CellValues log_likelihood(cells.size(), 0.0F);
+    for (std::size_t i = 0; i < heard.size(); ++i) {
+      const auto& [beacon, rssi] = heard[i];
+      if (rssi < least_rssi) continue;
+      model_.model.AddLogLikelihood(beacon, rssi, model_.trust.temper * weight[i], cells,
+                                    log_likelihood);
+    }
+    return log_likelihood;
+  });
 }
 
 Localizer::Localizer(SiteModel model, const LocalizerOptions& options)
@@ -149,19 +152,27 @@ Localizer::Verdict Localizer::Add(const Reading& reading, const Instant& now) {
   return Verdict::kAccepted;
 }
 
-bool Localizer::IsExplained(const Heard& heard, const CellValues& probability) const {
+bool Localizer::IsExplained(const Heard& heard, const SparsePosterior& posterior) const {
   // Outside, a reading may have any value of 100 dB.
   const double outside = std::log(0.01) * static_cast<double>(heard.size());
+  const auto is_explained_at = [&](int cell) {
+    double there = 0.0;
+    for (const auto& [beacon, rssi] : heard) {
+      there += model_.model.LogLikelihoodAt(beacon, rssi, cell);
+    }
+    return there >= outside;
+  };
   // The likeliest cell mostly settles it, and saves looking at all of them.
   const auto likeliest =
-      std::max_element(probability.begin(), probability.end()) - probability.begin();
-  double there = 0.0;
-  for (const auto& [beacon, rssi] : heard) {
-    there += model_.model.LogLikelihoodAt(beacon, rssi, static_cast<int>(likeliest));
+      std::max_element(posterior.probability.begin(), posterior.probability.end());
+  if (likeliest != posterior.probability.end() &&
+      is_explained_at(posterior.cells[static_cast<std::size_t>(
+          std::distance(posterior.probability.begin(), likeliest))])) {
+    return true;
   }
-  if (there >= outside) return true;
-  const CellValues inside = LogLikelihood(model_.model, heard, {.temper = 1.0}, model_.grid.size());
-  return static_cast<double>(*std::max_element(inside.begin(), inside.end())) >= outside;
+  return std::any_of(posterior.cells.begin(), posterior.cells.end(), is_explained_at) ||
+         std::any_of(model_.grid.blocks().begin(), model_.grid.blocks().end(),
+                     [&](const FloorGrid::Block& b) { return is_explained_at(b.representative); });
 }
 
 void Localizer::Locate(const std::string& name, Tag& tag, Utime utime) {
@@ -170,20 +181,21 @@ void Localizer::Locate(const std::string& name, Tag& tag, Utime utime) {
   if (options_.tracking) {
     if (!tag.tracker) tag.tracker.emplace(model_, options_);
     tag.tracker->Advance(std::move(tag.pending), utime);
-    location.probability = tag.tracker->probability();
+    location.posterior = tag.tracker->posterior();
   } else if (!heard.empty()) {
-    location.probability = LogLikelihood(model_.model, heard, model_.trust, model_.grid.size());
-    NormaliseLog(location.probability);
+    CellValues probability = LogLikelihood(model_.model, heard, model_.trust, model_.grid.size());
+    NormaliseLog(probability);
+    location.posterior = SparsePosterior::From(std::move(probability));
   }
   tag.pending.clear();
   location.tag = name;
   location.utime = tag.newest;
-  location.estimate = Summarise(model_.grid, location.probability);
+  location.estimate = Summarise(model_.grid, location.posterior);
   if (heard.empty()) return;
   location.beacons = static_cast<int>(heard.size());
   location.readings = static_cast<int>(tag.window.size());
-  location.status = IsExplained(heard, location.probability) ? TagLocation::Status::kOk
-                                                             : TagLocation::Status::kOutside;
+  location.status = IsExplained(heard, location.posterior) ? TagLocation::Status::kOk
+                                                           : TagLocation::Status::kOutside;
 }
 
 std::vector<TagLocation> Localizer::Update(const Instant& now) {

@@ -71,7 +71,7 @@ class TagTracker {
   // network's delay.
   void Advance(std::vector<BeaconReading> readings, Utime utime);
 
-  const CellValues& probability() const { return tracker_.probability(); }
+  const SparsePosterior& posterior() const { return tracker_.posterior(); }
 
  private:
   void AddSlice(const std::vector<BeaconReading>& slice, Utime utime);
@@ -92,7 +92,7 @@ struct TagLocation {
   Estimate estimate;
   int beacons = 0;   // heard in the window
   int readings = 0;  // heard in the window
-  CellValues probability;
+  SparsePosterior posterior;
 };
 
 class Localizer {
@@ -132,7 +132,7 @@ class Localizer {
   };
 
   void Locate(const std::string& name, Tag& tag, Utime utime);
-  bool IsExplained(const Heard& heard, const CellValues& probability) const;
+  bool IsExplained(const Heard& heard, const SparsePosterior& posterior) const;
 
   SiteModel model_;
   LocalizerOptions options_;

@@ -22,7 +22,7 @@ void Run(Service& service, const RssiLocalizerOptions& options) {
 
   bus.Subscribe<rssi_reading_t>(channels::kRssi, [&](const rssi_reading_t& message) {
     const Reading reading = ReadingFromMessage(message);
-    guard.Check(localizer.Add(reading, now()), reading);
+    guard.Check(localizer.Add(reading, now()), reading, now());
     robot.AddReading(reading);
   });
   bus.Subscribe<bot_core::pose_t>(channels::kOdometry, [&](const bot_core::pose_t& message) {
@@ -54,8 +54,8 @@ void Run(Service& service, const RssiLocalizerOptions& options) {
           bus.Publish(channels::kLocationMap, MapFromLocation(localizer.model().grid, location));
         }
         const std::string waiting = locations.empty() ? "no tag heard" : robot.Doubt(instant);
-        if (!guard.Complaint().empty()) {
-          service.SetHealth(Health::kDegraded, guard.Complaint());
+        if (const std::string complaint = guard.Complaint(instant); !complaint.empty()) {
+          service.SetHealth(Health::kDegraded, complaint);
         } else {
           service.SetHealth(waiting.empty() ? Health::kOk : Health::kWaiting, waiting);
         }

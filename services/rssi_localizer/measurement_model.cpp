@@ -196,6 +196,21 @@ void MeasurementModel::AddLogLikelihood(int beacon, double rssi_dbm, double weig
   }
 }
 
+void MeasurementModel::AddLogLikelihood(int beacon, double rssi_dbm, double weight,
+                                        std::span<const int> cells, CellValues& sum) const {
+  const BeaconTable& table = beacons_[static_cast<std::size_t>(beacon)];
+  const auto scale = static_cast<float>(1.0 / rows_.step_db);
+  const auto rssi = static_cast<float>(rssi_dbm - rows_.min_db);
+  const auto factor = static_cast<float>(weight);
+  const int last = rows_.bins - 1;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const auto cell = static_cast<std::size_t>(cells[i]);
+    const int bin = static_cast<int>((rssi - table.expected_dbm[cell]) * scale);
+    sum[i] += factor * rows_.log_density[static_cast<std::size_t>(table.row[cell] * rows_.bins +
+                                                                  std::clamp(bin, 0, last))];
+  }
+}
+
 double MeasurementModel::LogLikelihoodAt(int beacon, double rssi_dbm, int cell) const {
   const BeaconTable& table = beacons_[static_cast<std::size_t>(beacon)];
   const auto at = static_cast<std::size_t>(cell);

@@ -42,6 +42,10 @@ class MeasurementModel {
   // Adds weight * log p(rssi of this beacon | tag in cell) for every free cell.
   void AddLogLikelihood(int beacon, double rssi_dbm, double weight, CellValues& sum) const;
 
+  // The same for some cells: sum[i] belongs to cells[i].
+  void AddLogLikelihood(int beacon, double rssi_dbm, double weight, std::span<const int> cells,
+                        CellValues& sum) const;
+
   // The same for one cell.
   double LogLikelihoodAt(int beacon, double rssi_dbm, int cell) const;
 

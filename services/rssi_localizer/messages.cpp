@@ -57,7 +57,8 @@ probability_map_t MapFromLocation(const FloorGrid& grid, const TagLocation& loca
   constexpr int kNotWalkable = -1;
   std::vector<int> merged_of(static_cast<std::size_t>(message.size), kNotWalkable);
   CellValues merged;
-  for (std::size_t cell = 0; cell < location.probability.size(); ++cell) {
+  const CellValues probability = location.posterior.Dense(grid.size());
+  for (std::size_t cell = 0; cell < probability.size(); ++cell) {
     const int index = grid.geometry_index()[cell];
     const int to = (index / fine.width) / merge * message.width + (index % fine.width) / merge;
     int& slot = merged_of[static_cast<std::size_t>(to)];
@@ -65,7 +66,7 @@ probability_map_t MapFromLocation(const FloorGrid& grid, const TagLocation& loca
       slot = static_cast<int>(merged.size());
       merged.push_back(0.0F);
     }
-    merged[static_cast<std::size_t>(slot)] += location.probability[cell];
+    merged[static_cast<std::size_t>(slot)] += probability[cell];
   }
 
   const CellValues levels = CredibleLevels(merged);

@@ -35,32 +35,78 @@ void NormaliseLog(CellValues& log_probability) {
   for (float& value : log_probability) value *= scale;
 }
 
+SparsePosterior SparsePosterior::From(CellValues probability) {
+  SparsePosterior posterior;
+  posterior.cells.resize(probability.size());
+  std::iota(posterior.cells.begin(), posterior.cells.end(), 0);
+  posterior.probability = std::move(probability);
+  return posterior;
+}
+
+CellValues SparsePosterior::Dense(int grid_cells) const {
+  CellValues dense(static_cast<std::size_t>(grid_cells), elsewhere);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    dense[static_cast<std::size_t>(cells[i])] = probability[i];
+  }
+  return dense;
+}
+
 Estimate Summarise(const FloorGrid& grid, std::span<const float> probability) {
+  return Summarise(grid, SparsePosterior::From({probability.begin(), probability.end()}));
+}
+
+Estimate Summarise(const FloorGrid& grid, const SparsePosterior& posterior) {
+  // What all cells have in common is known in closed form; the cells that are kept add what they
+  // have beyond it.
+  const auto everywhere = static_cast<double>(posterior.elsewhere);
+  const Moments& whole = grid.moments();
   Estimate estimate;
-  for (std::size_t cell = 0; cell < probability.size(); ++cell) {
-    estimate.mean += static_cast<double>(probability[cell]) * grid.centres()[cell];
+  double total = everywhere * grid.size();
+  Eigen::Vector2d first = everywhere * whole.first;
+  Eigen::Matrix2d second = everywhere * whole.second;
+  for (std::size_t i = 0; i < posterior.cells.size(); ++i) {
+    const double more = static_cast<double>(posterior.probability[i]) - everywhere;
+    const Eigen::Vector2d at =
+        grid.centres()[static_cast<std::size_t>(posterior.cells[i])] - whole.origin;
+    total += more;
+    first += more * at;
+    second += more * at * at.transpose();
   }
-  for (std::size_t cell = 0; cell < probability.size(); ++cell) {
-    const Eigen::Vector2d off = grid.centres()[cell] - estimate.mean;
-    estimate.covariance += static_cast<double>(probability[cell]) * off * off.transpose();
-  }
+  const Eigen::Vector2d mean = first / total;
+  estimate.mean = whole.origin + mean;
+  estimate.covariance = second / total - mean * mean.transpose();
   estimate.covariance(1, 0) = estimate.covariance(0, 1);
   estimate.covariance += grid.cell_area_m2() / 12.0 * Eigen::Matrix2d::Identity();
 
   // Selecting the likeliest cells needs no full sort: most of the probability is in few of them.
-  std::vector<float> values(probability.begin(), probability.end());
+  std::vector<float> values = posterior.probability;
+  double others = static_cast<double>(grid.size()) - static_cast<double>(values.size());
   double held = 0.0;
-  std::size_t taken = 0;
+  double cells = 0.0;
+  const auto take_others = [&] {
+    if (others <= 0.0 || everywhere <= 0.0) return;
+    const double taken = std::min(others, std::ceil((0.9 - held) / everywhere));
+    held += taken * everywhere;
+    cells += taken;
+    others = 0.0;
+  };
+  std::size_t next = 0;
   std::size_t block = 64;
-  while (taken < values.size() && held < 0.9) {
-    const std::size_t end = std::min(values.size(), taken + block);
-    std::partial_sort(values.begin() + static_cast<std::ptrdiff_t>(taken),
+  while (next < values.size() && held < 0.9) {
+    const std::size_t end = std::min(values.size(), next + block);
+    std::partial_sort(values.begin() + static_cast<std::ptrdiff_t>(next),
                       values.begin() + static_cast<std::ptrdiff_t>(end), values.end(),
                       std::greater<>());
-    while (taken < end && held < 0.9) held += static_cast<double>(values[taken++]);
+    for (; next < end && held < 0.9; ++next) {
+      if (static_cast<double>(values[next]) < everywhere) take_others();
+      if (held >= 0.9) break;
+      held += static_cast<double>(values[next]);
+      ++cells;
+    }
     block *= 4;
   }
-  estimate.area_90_m2 = static_cast<double>(taken) * grid.cell_area_m2();
+  if (held < 0.9) take_others();
+  estimate.area_90_m2 = cells * grid.cell_area_m2();
   return estimate;
 }
 

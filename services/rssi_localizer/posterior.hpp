@@ -17,6 +17,16 @@ using CellValues = std::vector<float>;
 // std::invalid_argument where a value is NaN or all are minus infinity.
 void NormaliseLog(CellValues& log_probability);
 
+// Probability on some of the free cells; all others share the rest evenly.
+struct SparsePosterior {
+  std::vector<int> cells;  // free cells, each once
+  CellValues probability;  // of these
+  float elsewhere = 0.0F;  // of each cell that is not among them
+
+  static SparsePosterior From(CellValues probability);  // of every cell
+  CellValues Dense(int grid_cells) const;
+};
+
 struct Estimate {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();        // posterior mean, m, map frame
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // m^2; includes the extent of a cell
@@ -24,6 +34,7 @@ struct Estimate {
 };
 
 Estimate Summarise(const FloorGrid& grid, std::span<const float> probability);
+Estimate Summarise(const FloorGrid& grid, const SparsePosterior& posterior);
 
 // Per free cell the probability held by all cells that are more likely than it, in [0, 1): the cell
 // lies in the smallest area that holds a fraction q of the probability exactly where this is < q.

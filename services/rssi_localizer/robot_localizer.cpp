@@ -129,7 +129,9 @@ void RobotLocalizer::AddReading(const Reading& reading) {
 }
 
 void RobotLocalizer::AddLocation(const TagLocation& location) {
-  if (location.tag == options_.robot_tag) filter_.SetRadioPosterior(location.probability);
+  if (location.tag == options_.robot_tag) {
+    filter_.SetRadioPosterior(location.posterior.Dense(model_.grid.size()));
+  }
 }
 
 void RobotLocalizer::UseRadio() {

@@ -13,9 +13,8 @@ TagLocation EvenlyOver(const FloorGrid& grid) {
   TagLocation location;
   location.tag = "tag";
   location.utime = 5;
-  location.probability.assign(static_cast<std::size_t>(grid.size()),
-                              1.0F / static_cast<float>(grid.size()));
-  location.estimate = Summarise(grid, location.probability);
+  location.posterior.elsewhere = 1.0F / static_cast<float>(grid.size());
+  location.estimate = Summarise(grid, location.posterior);
   return location;
 }
 
@@ -40,12 +39,13 @@ TEST(LocationMap, LevelsBelow230AreTheNinetyPercentArea) {
   plan.obstacles = {{{0.0, 0.0}, {1.0, 0.0}, {1.0, 10.0}, {0.0, 10.0}}};
   const FloorGrid grid(plan, {.resolution_m = 0.25});
   TagLocation location = EvenlyOver(grid);
-  for (std::size_t cell = 0; cell < location.probability.size(); ++cell) {
-    const double squared = (grid.centres()[cell] - Eigen::Vector2d(6.0, 5.0)).squaredNorm();
-    location.probability[cell] = static_cast<float>(-squared);
+  CellValues probability;
+  for (const Eigen::Vector2d& centre : grid.centres()) {
+    probability.push_back(static_cast<float>(-(centre - Eigen::Vector2d(6.0, 5.0)).squaredNorm()));
   }
-  NormaliseLog(location.probability);
-  location.estimate = Summarise(grid, location.probability);
+  NormaliseLog(probability);
+  location.posterior = SparsePosterior::From(std::move(probability));
+  location.estimate = Summarise(grid, location.posterior);
   const probability_map_t map = MapFromLocation(grid, location);
   int walkable = 0;
   int inside = 0;

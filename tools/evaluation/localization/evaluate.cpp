@@ -9,6 +9,7 @@
 #include "common/site.hpp"
 #include "services/rssi_localizer/baselines.hpp"
 #include "services/rssi_localizer/localizer.hpp"
+#include "tools/evaluation/localization/oracle.hpp"
 
 namespace beckon {
 namespace {
@@ -68,9 +69,10 @@ class Evaluation {
     result_.site = site_.name;
     result_.epochs = static_cast<int>(truth_.size());
     const Utime window_us = UtimeFromSeconds(site_.window_s);
+    if (std::filesystem::exists(folder / "generated.toml")) generated_ = folder / "generated.toml";
     for (const TruthEpoch& epoch : truth_) {
-      heard_.push_back(
-          MeanPerBeacon(Between(readings_[epoch.tag], epoch.utime - window_us, epoch.utime)));
+      window_.push_back(Between(readings_[epoch.tag], epoch.utime - window_us, epoch.utime));
+      heard_.push_back(MeanPerBeacon(window_.back()));
       if (heard_.back().empty()) ++result_.silent_epochs;
     }
   }
@@ -88,6 +90,7 @@ class Evaluation {
     AddSingleEpoch("map_2d", Fit(MeasurementModelKind::kMap2d));
     AddSingleEpoch("map_filtered", filtered);
     AddTracking("tracking", filtered);
+    if (generated_) AddOracle();
     return std::move(result_);
   }
 
@@ -133,12 +136,26 @@ class Evaluation {
       auto& [tracker, utime] = known->second;
       const Stopwatch stopwatch;
       tracker.Advance(Between(readings, utime, epoch.utime), epoch.utime);
-      const Estimate estimate = Summarise(model.grid, tracker.probability());
+      const Estimate estimate = Summarise(model.grid, tracker.posterior());
       errors.ms.push_back(stopwatch.Milliseconds());
       utime = epoch.utime;
-      Judge(model.grid, tracker.probability(), estimate, epoch.position, errors);
+      Judge(model.grid, tracker.posterior().Dense(model.grid.size()), estimate, epoch.position,
+            errors);
     }
     result_.methods.emplace_back(name, std::move(errors));
+  }
+
+  void AddOracle() {
+    const Oracle oracle(site_, CalibrationSet::Build(site_, calibration_), *generated_);
+    MethodErrors errors;
+    for (std::size_t i = 0; i < truth_.size(); ++i) {
+      const Stopwatch stopwatch;
+      const CellValues probability = oracle.Probability(window_[i]);
+      const Estimate estimate = Summarise(oracle.grid(), probability);
+      errors.ms.push_back(stopwatch.Milliseconds());
+      Judge(oracle.grid(), probability, estimate, truth_[i].position, errors);
+    }
+    result_.methods.emplace_back("oracle", std::move(errors));
   }
 
   static void Judge(const FloorGrid& grid, const CellValues& probability, const Estimate& estimate,
@@ -156,7 +173,9 @@ class Evaluation {
   ReadingsByTag readings_;
   std::vector<TruthEpoch> truth_;
   LocalizerOptions localizer_;
-  std::vector<Heard> heard_;  // per epoch
+  std::vector<std::vector<BeaconReading>> window_;  // per epoch
+  std::vector<Heard> heard_;                        // per epoch
+  std::optional<std::filesystem::path> generated_;  // of a simulated site
   SiteEvaluation result_;
 };
 
