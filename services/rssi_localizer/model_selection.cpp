@@ -148,7 +148,7 @@ class Judge {
   // plane has on average where the right temper would be kExpectedTemper: log t - t / t_expected.
   double PenalisedScore(const Judgement& judgement) const {
     constexpr double kPriorSquares = 4.0;
-    constexpr double kExpectedTemper = 0.25;
+    constexpr double kExpectedTemper = 0.4;
     const double temper = judgement.trust.temper;
     return judgement.LogScore() + kPriorSquares / static_cast<double>(squares_) *
                                       (std::log(temper) - temper / kExpectedTemper);
