@@ -9,8 +9,10 @@
 namespace beckon {
 namespace {
 
-constexpr float kSure = 4.0F;    // log-odds of what is certain
-constexpr float kLearnt = 1.5F;  // log-odds from which on colours are learnt
+constexpr float kSure = 4.0F;      // log-odds of what is certain
+constexpr float kLearnt = 1.5F;    // log-odds from which on colours are learnt
+constexpr float kFaint = 0.15F;    // evidence that noise alone may give a cell
+constexpr float kFootStep = 4.0F;  // squared, in radii of the segmentation's kernel
 
 template <typename Visit>
 void ForEachCell(const cv::Mat& ids, const Visit& visit) {
@@ -111,6 +113,35 @@ cv::Mat SegmentClassifier::CellMotion(const SegmentScene& scene) const {
   return motion;
 }
 
+// A segment gains this frame's evidence, for and against, as a share of what there is; a little of
+// it says less than much. A segment whose parts contradict each other says nothing as a whole.
+void SegmentClassifier::AddEvidence(const SegmentScene& scene, std::vector<float>& motion) const {
+  const cv::Mat& ids = scene.segments.ids;
+  const cv::Mat& modes = scene.segments.modes;
+  // Where a thing stands on the ground, the edge between them moves like the ground and yet says
+  // nothing of the thing above it: a skirting board would be ground for its foot alone.
+  const auto is_foot = [&](int v, int u) {
+    if (v + 1 >= ids.rows || ids.at<int>(v, u) == ids.at<int>(v + 1, u)) return false;
+    const cv::Vec3f step = modes.at<cv::Vec3f>(v, u) - modes.at<cv::Vec3f>(v + 1, u);
+    return step.dot(step) > kFootStep;
+  };
+  std::vector<float> sum(motion.size(), 0.0F);
+  std::vector<float> absolute(motion.size(), 0.0F);
+  ForEachCell(ids, [&](int v, int u, std::size_t id) {
+    // The noise of a plain face favours one side by a little, which a large segment must not heap
+    // up.
+    const float evidence = scene.evidence.at<float>(v, u);
+    const float clear = std::max(std::abs(evidence) - kFaint, 0.0F);
+    if (clear == 0.0F || (evidence > 0.0F && is_foot(v, u))) return;
+    sum[id] += evidence > 0.0F ? clear : -clear;
+    absolute[id] += clear;
+  });
+  for (std::size_t id = 0; id < motion.size(); ++id) {
+    motion[id] = std::clamp(options_.keep * motion[id] + sum[id] / (absolute[id] + 1.0F),
+                            -options_.motion_limit, options_.motion_limit);
+  }
+}
+
 // The segment that lies before the robot, if one does: most of the near cells, and none above the
 // horizon. More than one, and the foot of something may be among them.
 int SegmentClassifier::NearSegment(const SegmentScene& scene) {
@@ -160,20 +191,7 @@ cv::Mat SegmentClassifier::Update(const SegmentScene& scene) {
   std::vector<float> motion = MotionFromBefore(scene, appearance);
   const cv::Mat cell_motion = CellMotion(scene);
 
-  // A segment gains this frame's evidence, for and against, as a share of what there is; a little
-  // of it says less than much. A segment whose parts contradict each other says nothing as a whole.
-  if (!scene.evidence.empty()) {
-    std::vector<float> sum(motion.size(), 0.0F);
-    std::vector<float> absolute(motion.size(), 0.0F);
-    ForEachCell(ids, [&](int v, int u, std::size_t id) {
-      sum[id] += scene.evidence.at<float>(v, u);
-      absolute[id] += std::abs(scene.evidence.at<float>(v, u));
-    });
-    for (std::size_t id = 0; id < motion.size(); ++id) {
-      motion[id] = std::clamp(options_.keep * motion[id] + sum[id] / (absolute[id] + 1.0F),
-                              -options_.motion_limit, options_.motion_limit);
-    }
-  }
+  if (!scene.evidence.empty()) AddEvidence(scene, motion);
 
   // The near cells teach the first frame what ground looks like before anything is judged by it.
   // Colour does not add up over frames: it says the same each time.

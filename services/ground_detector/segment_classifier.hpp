@@ -55,6 +55,7 @@ class SegmentClassifier {
   static std::vector<Appearance> Describe(const SegmentScene& scene);
   std::vector<float> MotionFromBefore(const SegmentScene& scene,
                                       const std::vector<Appearance>& appearance) const;
+  void AddEvidence(const SegmentScene& scene, std::vector<float>& motion) const;
   static int NearSegment(const SegmentScene& scene);
   cv::Mat CellMotion(const SegmentScene& scene) const;
   void Learn(const SegmentScene& scene, const cv::Mat& cell_motion, const cv::Mat& log_odds);
