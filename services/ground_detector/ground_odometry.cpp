@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kNarrowRadiusPx = 3.0F;  // around where motion says that a feature is
 constexpr double kPixelSigma = 0.5;      // of a FAST corner, which has whole pixels
-constexpr int kInliersThatShowLean = 30;
+constexpr double kShownLeanRad = 0.003;  // standard deviation from features alone
 constexpr double kAnyLeanRad = 0.02;
 constexpr double kCheckTolerancePx = 2.0;
 constexpr double kSpeedsTried[] = {-0.5, 0.25, 0.5, 0.75, 1.0};  // over the greatest
@@ -129,8 +129,7 @@ FollowedFrame GroundOdometry::Follow(const std::vector<Feature>& features,
       turn.topLeftCorner<2, 2>() << c, -s, s, c;
       result.motion.covariance =
           turn * estimate.covariance.topLeftCorner<3, 3>() * turn.transpose();
-      filter_.Update(dt_s, estimate.pose, estimate.covariance,
-                     estimate.inliers >= kInliersThatShowLean);
+      filter_.Update(dt_s, estimate.pose, estimate.covariance, estimate.shows_lean);
     } else {
       matches.clear();
       // Without a pose for long, or from the start: what is remembered is out of reach, and this
@@ -178,7 +177,7 @@ PoseEstimate GroundOdometry::Locate(const std::vector<Feature>& features,
                                     std::vector<TrackMatch>& matches) const {
   MotionPrior prior = filter_.Predict(dt_s);
   matches = MatchWide(features, prior.pose, dt_s);
-  // Where many features show it, the body may lean as bodies do; else as little as it has lately.
+  // Where features show it, the body may lean as bodies do; else as little as it has lately.
   MotionPrior free = prior;
   if (options_.Uses(DetectorPart::kTilt)) {
     free.information.bottomRightCorner<2, 2>() =
@@ -186,7 +185,8 @@ PoseEstimate GroundOdometry::Locate(const std::vector<Feature>& features,
   }
   PoseEstimate estimate = LocateFrom(matches, features, free);
   const bool shows_lean =
-      estimate.status == MotionStatus::kOk && estimate.inliers >= kInliersThatShowLean;
+      estimate.status == MotionStatus::kOk &&
+      estimate.covariance.diagonal().tail<2>().maxCoeff() < kShownLeanRad * kShownLeanRad;
   if (shows_lean) {
     prior.information = free.information;
   } else {
@@ -205,6 +205,7 @@ PoseEstimate GroundOdometry::Locate(const std::vector<Feature>& features,
   if (estimate.status == MotionStatus::kOk && !IsPossible(motion, dt_s)) {
     estimate.status = MotionStatus::kInconsistent;
   }
+  estimate.shows_lean = shows_lean;
   if (estimate.status != MotionStatus::kOk) estimate.pose = prior.pose;
   return estimate;
 }

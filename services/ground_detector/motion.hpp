@@ -71,6 +71,7 @@ struct PoseEstimate {
   MotionStatus status = MotionStatus::kTooFewFeatures;
   BodyPose pose;
   Matrix5d covariance = Matrix5d::Zero();
+  bool shows_lean = false;   // the matches alone tell how the body leans
   std::vector<bool> inlier;  // one for each match
   int inliers = 0;
 };
