@@ -23,7 +23,6 @@ namespace beckon {
 enum class DetectorPart {
   kAlignment,        // motion from corners alone
   kHomographyCheck,  // the motion is not compared with a free homography
-  kTilt,             // the body never leans
   kChain,            // compared with the last frame alone, not with those of a second
   kParallax,         // labels without evidence from motion
   kColour,           // nothing learnt from colour
@@ -39,7 +38,10 @@ struct GroundDetectorOptions {
   double max_turn_radps = 1.5;
   double memory_s = 1.0;   // frames that features are matched with and parallax is taken from
   double max_gap_s = 1.5;  // after a longer gap nothing is compared with what was before
-  int scale = 10;          // frame pixels along a side of a segmentation cell
+  // Pitch and roll of the body are estimated. Only for bodies that do rock: the estimate drifts by
+  // milliradians, which costs a level one more than it gains.
+  bool body_rocks = false;
+  int scale = 10;  // frame pixels along a side of a segmentation cell
   FeatureOptions features;
   TrackerOptions tracker;
   MotionOptions motion;

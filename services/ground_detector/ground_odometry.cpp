@@ -82,7 +82,7 @@ FeatureClass ClassOf(const GroundCamera& leaning, const Observation& first, cons
 
 MotionFilterOptions FilterOptionsOf(const GroundDetectorOptions& options) {
   MotionFilterOptions filter = options.filter;
-  filter.leans = options.Uses(DetectorPart::kTilt);
+  filter.leans = options.body_rocks;
   return filter;
 }
 
@@ -179,7 +179,7 @@ PoseEstimate GroundOdometry::Locate(const std::vector<Feature>& features,
   matches = MatchWide(features, prior.pose, dt_s);
   // Where features show it, the body may lean as bodies do; else as little as it has lately.
   MotionPrior free = prior;
-  if (options_.Uses(DetectorPart::kTilt)) {
+  if (options_.body_rocks) {
     free.information.bottomRightCorner<2, 2>() =
         Eigen::Matrix2d::Identity() / (kAnyLeanRad * kAnyLeanRad);
   }
