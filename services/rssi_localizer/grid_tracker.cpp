@@ -137,17 +137,18 @@ void GridTracker::Predict(double dt_s) {
   DropNegligibleBlocks();
 }
 
-void GridTracker::Update(const LogLikelihoodOf& log_likelihood) {
+void GridTracker::Update(const LogLikelihoodOf& log_likelihood,
+                         const LogLikelihoodOfBlocks& of_blocks) {
   const std::vector<char> kept = Kept();
   std::vector<int> others;  // blocks
-  std::vector<int> representatives;
+  CellValues there;         // at their representatives
+  const CellValues blocks = of_blocks();
   for (std::size_t block = 0; block < kept.size(); ++block) {
     if (kept[block] != 0) continue;
     others.push_back(static_cast<int>(block));
-    representatives.push_back(grid_.blocks()[block].representative);
+    there.push_back(blocks[block]);
   }
   CellValues here = log_likelihood(posterior_.cells);
-  CellValues there = log_likelihood(representatives);
   const double log_elsewhere = LogOf(posterior_.elsewhere);
   double greatest = -std::numeric_limits<double>::infinity();
   const auto add_prior = [&](float& value, double log_prior) {

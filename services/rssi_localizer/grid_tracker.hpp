@@ -24,6 +24,8 @@ class GridTracker {
  public:
   // Log-likelihood of each of some free cells, up to a constant that is the same for all calls.
   using LogLikelihoodOf = std::function<CellValues(std::span<const int> cells)>;
+  // The same for the representative of every block of the grid, in their order.
+  using LogLikelihoodOfBlocks = std::function<CellValues()>;
 
   // Starts with every cell alike. The grid has to outlive this.
   explicit GridTracker(const FloorGrid& grid, const MotionModel& motion = {});
@@ -32,9 +34,9 @@ class GridTracker {
   // goes around walls. Longer than a minute counts as a minute.
   void Predict(double dt_s);
   // Multiplies with the likelihood, which is asked for in the cells that are kept, in one cell of
-  // each other block, and in all cells of the blocks that this brings back. Throws
+  // each block, and in all cells of the blocks that this brings back. Throws
   // std::invalid_argument for NaN, and is then unchanged.
-  void Update(const LogLikelihoodOf& log_likelihood);
+  void Update(const LogLikelihoodOf& log_likelihood, const LogLikelihoodOfBlocks& of_blocks);
 
   const SparsePosterior& posterior() const { return posterior_; }
 

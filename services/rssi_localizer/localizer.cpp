@@ -42,7 +42,12 @@ SiteModel SiteModel::Fit(const Site& site, const std::vector<CalibrationReading>
     fitted.model = BuildMap2d(grid, site, calibration);
     description = "2-D map";
   }
-  return {site,         std::move(grid),  std::move(fitted.model),
+  std::vector<int> representatives;
+  for (const FloorGrid::Block& block : grid.blocks()) {
+    representatives.push_back(block.representative);
+  }
+  MeasurementModel block_model = fitted.model.Restricted(representatives);
+  return {site,         std::move(grid),  std::move(fitted.model), std::move(block_model),
           choice.trust, fitted.path_loss, std::move(description)};
 }
 
@@ -106,16 +111,27 @@ void TagTracker::AddSlice(const std::vector<BeaconReading>& slice, Utime utime) 
     if (last.utime > begin) in_window.emplace_back(beacon, last.rssi_dbm);
   }
   const double least_rssi = LeastUsedRssi(in_window, model_.trust);
-  tracker_.Update([&](std::span<const int> cells) {
-    CellValues log_likelihood(cells.size(), 0.0F);
+  const auto for_each_used = [&](const auto& use) {
     for (std::size_t i = 0; i < heard.size(); ++i) {
       const auto& [beacon, rssi] = heard[i];
-      if (rssi < least_rssi) continue;
-      model_.model.AddLogLikelihood(beacon, rssi, model_.trust.temper * weight[i], cells,
-                                    log_likelihood);
+      if (rssi >= least_rssi) use(beacon, rssi, model_.trust.temper * weight[i]);
     }
-    return log_likelihood;
-  });
+  };
+  tracker_.Update(
+      [&](std::span<const int> cells) {
+        CellValues log_likelihood(cells.size(), 0.0F);
+        for_each_used([&](int beacon, double rssi, double w) {
+          model_.model.AddLogLikelihood(beacon, rssi, w, cells, log_likelihood);
+        });
+        return log_likelihood;
+      },
+      [&] {
+        CellValues log_likelihood(model_.grid.blocks().size(), 0.0F);
+        for_each_used([&](int beacon, double rssi, double w) {
+          model_.block_model.AddLogLikelihood(beacon, rssi, w, log_likelihood);
+        });
+        return log_likelihood;
+      });
 }
 
 Localizer::Localizer(SiteModel model, const LocalizerOptions& options)

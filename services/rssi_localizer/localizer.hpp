@@ -40,6 +40,7 @@ struct SiteModel {
   Site site;
   FloorGrid grid;
   MeasurementModel model;
+  MeasurementModel block_model;  // at the representatives of the grid's blocks
   Trust trust;
   PathLoss path_loss;
   std::string description;  // of the model, for a person

@@ -211,6 +211,18 @@ void MeasurementModel::AddLogLikelihood(int beacon, double rssi_dbm, double weig
   }
 }
 
+MeasurementModel MeasurementModel::Restricted(std::span<const int> cells) const {
+  std::vector<BeaconTable> tables;
+  for (const BeaconTable& whole : beacons_) {
+    BeaconTable& table = tables.emplace_back();
+    for (const int cell : cells) {
+      table.expected_dbm.push_back(whole.expected_dbm[static_cast<std::size_t>(cell)]);
+      table.row.push_back(whole.row[static_cast<std::size_t>(cell)]);
+    }
+  }
+  return {rows_, std::move(tables)};
+}
+
 double MeasurementModel::LogLikelihoodAt(int beacon, double rssi_dbm, int cell) const {
   const BeaconTable& table = beacons_[static_cast<std::size_t>(beacon)];
   const auto at = static_cast<std::size_t>(cell);

@@ -46,6 +46,9 @@ class MeasurementModel {
   void AddLogLikelihood(int beacon, double rssi_dbm, double weight, std::span<const int> cells,
                         CellValues& sum) const;
 
+  // The same model for these cells only, numbered as they come: their tables then lie side by side.
+  MeasurementModel Restricted(std::span<const int> cells) const;
+
   // The same for one cell.
   double LogLikelihoodAt(int beacon, double rssi_dbm, int cell) const;
 

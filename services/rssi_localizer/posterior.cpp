@@ -17,6 +17,42 @@ std::vector<int> ByFallingProbability(std::span<const float> probability) {
   return order;
 }
 
+// Number of values, of those given and `others` times `other`, that hold `fraction` in all: the
+// largest first. Halves the candidates again and again, so it takes linear time.
+double SmallestSet(std::vector<float> values, int others, double other, double fraction) {
+  // Those below the shared value come after it.
+  const auto above = std::partition(values.begin(), values.end(), [&](float value) {
+    return static_cast<double>(value) >= other;
+  });
+  double taken = 0.0;
+  const auto take = [&](auto first, auto last) {
+    while (last - first > 1) {
+      const auto middle = first + (last - first) / 2;
+      std::nth_element(first, middle, last, std::greater<>());
+      const double upper = std::accumulate(first, middle, 0.0);
+      if (upper < fraction) {
+        fraction -= upper;
+        taken += static_cast<double>(middle - first);
+        first = middle;
+      } else {
+        last = middle;
+      }
+    }
+    if (first == last) return;
+    fraction -= static_cast<double>(*first);
+    ++taken;
+  };
+  take(values.begin(), above);
+  if (fraction <= 0.0) return taken;
+  if (others > 0 && other > 0.0) {
+    const double needed = std::min(static_cast<double>(others), std::ceil(fraction / other));
+    taken += needed;
+    fraction -= needed * other;
+  }
+  if (fraction > 0.0) take(above, values.end());
+  return taken;
+}
+
 }  // namespace
 
 void NormaliseLog(CellValues& log_probability) {
@@ -78,35 +114,10 @@ Estimate Summarise(const FloorGrid& grid, const SparsePosterior& posterior) {
   estimate.covariance(1, 0) = estimate.covariance(0, 1);
   estimate.covariance += grid.cell_area_m2() / 12.0 * Eigen::Matrix2d::Identity();
 
-  // Selecting the likeliest cells needs no full sort: most of the probability is in few of them.
-  std::vector<float> values = posterior.probability;
-  double others = static_cast<double>(grid.size()) - static_cast<double>(values.size());
-  double held = 0.0;
-  double cells = 0.0;
-  const auto take_others = [&] {
-    if (others <= 0.0 || everywhere <= 0.0) return;
-    const double taken = std::min(others, std::ceil((0.9 - held) / everywhere));
-    held += taken * everywhere;
-    cells += taken;
-    others = 0.0;
-  };
-  std::size_t next = 0;
-  std::size_t block = 64;
-  while (next < values.size() && held < 0.9) {
-    const std::size_t end = std::min(values.size(), next + block);
-    std::partial_sort(values.begin() + static_cast<std::ptrdiff_t>(next),
-                      values.begin() + static_cast<std::ptrdiff_t>(end), values.end(),
-                      std::greater<>());
-    for (; next < end && held < 0.9; ++next) {
-      if (static_cast<double>(values[next]) < everywhere) take_others();
-      if (held >= 0.9) break;
-      held += static_cast<double>(values[next]);
-      ++cells;
-    }
-    block *= 4;
-  }
-  if (held < 0.9) take_others();
-  estimate.area_90_m2 = cells * grid.cell_area_m2();
+  estimate.area_90_m2 =
+      SmallestSet(posterior.probability, grid.size() - static_cast<int>(posterior.cells.size()),
+                  everywhere, 0.9) *
+      grid.cell_area_m2();
   return estimate;
 }
 

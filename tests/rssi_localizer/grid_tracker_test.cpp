@@ -23,12 +23,22 @@ CellValues Certain(const FloorGrid& grid, const Eigen::Vector2d& place) {
   return log;
 }
 
-void Update(GridTracker& tracker, const CellValues& log_likelihood) {
-  tracker.Update([&](std::span<const int> cells) {
-    CellValues values;
-    for (const int cell : cells) values.push_back(log_likelihood[static_cast<std::size_t>(cell)]);
-    return values;
-  });
+void Update(const FloorGrid& grid, GridTracker& tracker, const CellValues& log_likelihood) {
+  tracker.Update(
+      [&](std::span<const int> cells) {
+        CellValues values;
+        for (const int cell : cells) {
+          values.push_back(log_likelihood[static_cast<std::size_t>(cell)]);
+        }
+        return values;
+      },
+      [&] {
+        CellValues values;
+        for (const FloorGrid::Block& block : grid.blocks()) {
+          values.push_back(log_likelihood[static_cast<std::size_t>(block.representative)]);
+        }
+        return values;
+      });
 }
 
 // A tag on a big floor: log-likelihood of a distance to each of three points.
@@ -57,7 +67,7 @@ TEST(GridTracker, OnABigFloorItKeepsFewCellsAndIsAsGoodAsWithAll) {
     const Eigen::Vector2d tag(22.0 + second, 45.0);
     const CellValues log = ThreeDistances(grid, tag);
     if (second > 0) tracker.Predict(1.0);
-    Update(tracker, log);
+    Update(grid, tracker, log);
 
     constexpr int kPasses = 7;
     const double share = 0.64 / (2.0 * kPasses * 0.25);
@@ -92,7 +102,7 @@ TEST(GridTracker, OnABigFloorItKeepsFewCellsAndIsAsGoodAsWithAll) {
 TEST(GridTracker, ARandomWalkSpreadsByItsVariance) {
   const FloorGrid grid = Room();
   GridTracker tracker(grid, {.walk_m_per_sqrt_s = 0.5, .lost_per_s = 0.0});
-  Update(tracker, Certain(grid, {5.1, 5.1}));
+  Update(grid, tracker, Certain(grid, {5.1, 5.1}));
   for (int i = 0; i < 8; ++i) tracker.Predict(0.25);
   const Estimate estimate = Summarise(grid, tracker.posterior());
   const double cell = 0.25 * 0.25 / 12.0;
@@ -106,7 +116,7 @@ TEST(GridTracker, ARandomWalkSpreadsByItsVariance) {
 TEST(GridTracker, DoesNotWalkThroughWalls) {
   const FloorGrid grid = Room({{{5.0, 0.0}, {5.0, 10.0}, std::nullopt}});
   GridTracker tracker(grid, {.walk_m_per_sqrt_s = 1.0, .lost_per_s = 0.0});
-  Update(tracker, Certain(grid, {4.6, 5.0}));
+  Update(grid, tracker, Certain(grid, {4.6, 5.0}));
   for (int i = 0; i < 30; ++i) tracker.Predict(1.0);
   double beyond = 0.0;
   const CellValues probability = tracker.posterior().Dense(grid.size());
@@ -120,7 +130,7 @@ TEST(GridTracker, WalksThroughADoor) {
   const FloorGrid grid =
       Room({{{5.0, 0.0}, {5.0, 4.5}, std::nullopt}, {{5.0, 5.5}, {5.0, 10.0}, std::nullopt}});
   GridTracker tracker(grid, {.walk_m_per_sqrt_s = 1.0, .lost_per_s = 0.0});
-  Update(tracker, Certain(grid, {4.6, 5.0}));
+  Update(grid, tracker, Certain(grid, {4.6, 5.0}));
   tracker.Predict(4.0);
   double beyond = 0.0;
   const CellValues probability = tracker.posterior().Dense(grid.size());
@@ -134,14 +144,14 @@ TEST(GridTracker, WalksThroughADoor) {
 TEST(GridTracker, RecoversFromACertaintyThatWasWrong) {
   const FloorGrid grid = Room();
   GridTracker tracker(grid, {});
-  Update(tracker, Certain(grid, {1.0, 1.0}));
+  Update(grid, tracker, Certain(grid, {1.0, 1.0}));
   for (int second = 0; second < 3; ++second) {
     tracker.Predict(1.0);
     CellValues log;
     for (const Eigen::Vector2d& centre : grid.centres()) {
       log.push_back(static_cast<float>(-0.5 * (centre - Eigen::Vector2d(8.0, 8.0)).squaredNorm()));
     }
-    Update(tracker, log);
+    Update(grid, tracker, log);
   }
   EXPECT_LT((Summarise(grid, tracker.posterior()).mean - Eigen::Vector2d(8.0, 8.0)).norm(), 0.5);
 }
@@ -149,7 +159,7 @@ TEST(GridTracker, RecoversFromACertaintyThatWasWrong) {
 TEST(GridTracker, TimeThatDoesNotPassChangesNothing) {
   const FloorGrid grid = Room();
   GridTracker tracker(grid);
-  Update(tracker, Certain(grid, {1.0, 1.0}));
+  Update(grid, tracker, Certain(grid, {1.0, 1.0}));
   const CellValues before = tracker.posterior().Dense(grid.size());
   tracker.Predict(0.0);
   tracker.Predict(-5.0);
@@ -160,9 +170,10 @@ TEST(GridTracker, TimeThatDoesNotPassChangesNothing) {
 TEST(GridTracker, NonsenseIsRefusedAndLeavesItUnchanged) {
   const FloorGrid grid = Room();
   GridTracker tracker(grid);
-  Update(tracker, Certain(grid, {1.0, 1.0}));
+  Update(grid, tracker, Certain(grid, {1.0, 1.0}));
   const CellValues before = tracker.posterior().Dense(grid.size());
-  EXPECT_THROW(Update(tracker, CellValues(before.size(), std::nanf(""))), std::invalid_argument);
+  EXPECT_THROW(Update(grid, tracker, CellValues(before.size(), std::nanf(""))),
+               std::invalid_argument);
   EXPECT_EQ(tracker.posterior().Dense(grid.size()), before);
 }
 
