@@ -7,6 +7,8 @@ namespace beckon {
 namespace {
 
 constexpr Utime kFutureUs = 1'000'000;
+// How long a location without new readings stands.
+constexpr Utime kWalkOnUs = 1'000'000;
 // A flood of readings of one tag is thinned here; the mean of 1000 says as much as that of more.
 constexpr std::size_t kMaxReadingsPerTag = 1000;
 
@@ -229,7 +231,11 @@ std::vector<TagLocation> Localizer::Update(const Instant& now) {
     std::erase_if(tag.window, [&](const BeaconReading& reading) {
       return reading.utime <= tag.newest - window_us;
     });
-    Locate(entry->first, tag, utime);
+    // Between readings it can only walk on, which need not be worked out all the time.
+    if (!tag.pending.empty() || !tag.located || utime >= *tag.located + kWalkOnUs) {
+      Locate(entry->first, tag, utime);
+      tag.located = utime;
+    }
     locations.push_back(tag.location);
     if (age > Microseconds(silent_after_s)) {
       locations.back().status = TagLocation::Status::kSilent;

@@ -129,7 +129,8 @@ class Localizer {
     Utime newest = 0;
     std::chrono::microseconds newest_arrival{};
     std::optional<TagTracker> tracker;
-    TagLocation location;  // as of the last reading
+    TagLocation location;          // as of the last reading
+    std::optional<Utime> located;  // in the tag's own time
   };
 
   void Locate(const std::string& name, Tag& tag, Utime utime);
