@@ -16,6 +16,11 @@ struct Seeds {
 // "A-B" or "A". Throws CLI::ValidationError.
 inline Seeds ParseSeeds(const std::string& text) {
   try {
+    // stoull would take a sign, and wrap a negative number.
+    if (text.find_first_not_of("0123456789-") != std::string::npos || text.starts_with('-') ||
+        text.find("--") != std::string::npos) {
+      throw std::invalid_argument(text);
+    }
     std::size_t used = 0;
     Seeds seeds;
     seeds.first = seeds.last = std::stoull(text, &used);
