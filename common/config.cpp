@@ -330,7 +330,9 @@ void ConfigTable::CheckAllKnown() const {
     for (const auto& [key, node] : *impl_->table) {
       const std::string name(key.str());
       if (impl_->known.contains(name) || impl_->ignored.contains(name)) continue;
-      impl_->Fail(&node, name, "unknown key" + Suggestion(name, impl_->known));
+      std::set<std::string> names = impl_->known;
+      names.insert(impl_->ignored.begin(), impl_->ignored.end());
+      impl_->Fail(&node, name, "unknown key" + Suggestion(name, names));
     }
   }
   for (const auto& [key, child] : impl_->children) child->CheckAllKnown();

@@ -23,8 +23,8 @@ struct GridGeometry {
       throw std::invalid_argument("a grid needs a positive extent");
     // The small allowance keeps 3.0 m / 0.1 m at 30 cells in floating point.
     const Eigen::Vector2d cells = ((max - min) / resolution_m).array() - 1e-9;
-    if (cells.maxCoeff() > 1e5)
-      throw std::invalid_argument("a grid of more than 100000 cells a side");
+    if (cells.maxCoeff() > 1e5 || cells.prod() > 1e8)
+      throw std::invalid_argument("a grid of more than 100000 cells a side or 10^8 in all");
     return {min, resolution_m, static_cast<int>(std::ceil(cells.x())),
             static_cast<int>(std::ceil(cells.y()))};
   }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <mutex>
 #include <stdexcept>
+#include <thread>
 
 namespace beckon {
 
@@ -86,9 +87,10 @@ void MessageBus::Deliver(Subscription& subscription, const void* data, std::size
 
 bool MessageBus::Dispatch(std::chrono::milliseconds timeout) {
   if (is_log_) {
-    // At the end of a log LCM reports an error; there is no other sign.
     const int status = lcm_->handleTimeout(static_cast<int>(timeout.count()));
-    if (status < 0) ended_ = true;
+    // LCM reports an error at once, and again and again, at the end of a log, and once where the
+    // log is damaged, after which it finds the next whole message.
+    if (status < 0) std::this_thread::sleep_for(timeout);
     return status > 0;
   }
   int wait_ms = static_cast<int>(timeout.count());

@@ -74,10 +74,9 @@ class MessageBus {
   }
 
   // Waits up to `timeout` for messages, hands on all that have arrived, and returns whether there
-  // were any. Throws std::runtime_error when LCM itself fails; at the end of a file:// log, ended()
-  // is true.
+  // were any. Throws std::runtime_error when LCM itself fails. A file:// log gives one message a
+  // call, and nothing after its end.
   bool Dispatch(std::chrono::milliseconds timeout);
-  bool ended() const { return ended_; }
 
   Counts counts() const;
 
@@ -117,7 +116,6 @@ class MessageBus {
   std::unique_ptr<lcm::LCM> lcm_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
   bool is_log_ = false;
-  bool ended_ = false;
   std::chrono::steady_clock::duration busy_{};
   struct Counters;
   std::unique_ptr<Counters> counters_;

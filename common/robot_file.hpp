@@ -12,9 +12,8 @@ namespace beckon {
 // [robot]: a body that is a disc on two driven wheels and turns about its centre. Base frame:
 // origin at that centre, axes as the robot frame's.
 struct RobotOptions {
-  double radius_m = 0.25;  // of the disc
-  double centre_x_m =
-      0.0;  // of the disc, robot frame; negative where the camera sits in front of it
+  double radius_m = 0.25;   // of the disc
+  double centre_x_m = 0.0;  // of the disc, robot frame; negative: the camera sits in front of it
   double max_speed_mps = 0.5;
   double max_turn_radps = 1.0;
   double max_acceleration_mps2 = 0.5;

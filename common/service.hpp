@@ -1,14 +1,13 @@
 // What every service has in common: command line, configuration, logging, message loop, timers,
 // HEALTH, watchdog, and a clean end on SIGTERM.
 //
-//   int main(int argc, char** argv) {
-//     return beckon::RunService(argc, argv, kAbout, ReadOptions, [](Service& service, const
-//     Options& options) {
-//       RangeCaster caster(options);
-//       service.bus().SubscribeLatest<ground_t>(channels::kGround, [&](const ground_t& ground) {
-//       ... }); service.Run();
-//     });
+//   void Run(Service& service, const Options& options) {
+//     RangeCaster caster(options);
+//     service.bus().SubscribeLatest<ground_t>(
+//         channels::kGround, [&](const ground_t& ground) { ... });
+//     service.Run();
 //   }
+//   int main(int argc, char** argv) { return RunService(argc, argv, kAbout, ReadOptions, Run); }
 //
 // Exit codes: 0 after SIGTERM or SIGINT, 2 for a bad command line or configuration, 70
 // (EX_SOFTWARE) when the watchdog found the message loop hung.

@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// Without people who might stand in its way, so that it is short (see MissionWorld).
+// Without people who might stand in its way, so that it is short (see ScenarioWorld).
 constexpr std::uint64_t kSeed = 4;
 
 TEST(EvaluatePose, TheRobotFindsItselfAtTheStartAndWhenItWasCarriedAway) {

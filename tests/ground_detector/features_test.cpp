@@ -73,7 +73,7 @@ TEST(MatchTracks, FindsAShiftedPictureAgain) {
   const auto now = DetectFeatures(picture.colRange(8, 328), {});
   std::vector<Track> tracks;
   for (const Feature& feature : before)
-    tracks.push_back({feature.descriptor, {{0, feature.pixel}}, {}});
+    tracks.push_back({feature.descriptor, {{0, feature.pixel, {}, {}}}, {}});
   const auto matches = MatchTracks(tracks, now,
                                    [](const Track& track) {
                                      return SearchWindow{{track.seen.back().pixel}, 20.0F};
@@ -93,7 +93,7 @@ TEST(MatchTracks, FindsAShiftedPictureAgain) {
 
 TEST(MatchTracks, LooksOnlyInsideTheWindow) {
   const auto features = DetectFeatures(RandomPicture(320, 240), {});
-  const std::vector<Track> tracks = {{features[0].descriptor, {{0, features[0].pixel}}, {}}};
+  const std::vector<Track> tracks = {{features[0].descriptor, {{0, features[0].pixel, {}, {}}}, {}}};
   const auto far_away = [&](const Track& track) {
     return SearchWindow{{track.seen.back().pixel + cv::Point2f(300.0F, 300.0F)}, 20.0F};
   };

@@ -44,9 +44,9 @@ TEST(Base, GathersSpeedAtItsAccelerationUpToItsLimit) {
   const BaseOptions options = ExactBase();
   Simulation simulation(EmptyRoom(), options, {});
   Drive(simulation, 5.0, 0.0, 0.5);
-  EXPECT_NEAR(simulation.truth().speed_mps, 0.5 * options.max_acceleration_mps2, 1e-9);
+  EXPECT_NEAR(simulation.truth().speed_mps, 0.5 * options.robot.max_acceleration_mps2, 1e-9);
   Drive(simulation, 5.0, 0.0, 2.0);
-  EXPECT_DOUBLE_EQ(simulation.truth().speed_mps, options.max_speed_mps);
+  EXPECT_DOUBLE_EQ(simulation.truth().speed_mps, options.robot.max_speed_mps);
 }
 
 TEST(Base, StopsByItselfWhenCommandsCease) {
@@ -60,9 +60,10 @@ TEST(Base, StopsByItselfWhenCommandsCease) {
     time_s += kStepS;
   }
   // Full speed up to the timeout, then braking.
-  EXPECT_NEAR(time_s, options.command_timeout_s + 0.4 / options.max_acceleration_mps2, 2 * kStepS);
+  EXPECT_NEAR(time_s, options.command_timeout_s + 0.4 / options.robot.max_acceleration_mps2,
+              2 * kStepS);
   EXPECT_NEAR(simulation.truth().driven_m - driven,
-              0.4 * options.command_timeout_s + 0.08 / options.max_acceleration_mps2, 0.02);
+              0.4 * options.command_timeout_s + 0.08 / options.robot.max_acceleration_mps2, 0.02);
 }
 
 TEST(Base, TurnsTheFootprintOnTheSpotAndCarriesTheCameraRound) {

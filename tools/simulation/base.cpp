@@ -28,9 +28,11 @@ Base::Base(const BaseOptions& options, std::uint64_t seed, const Pose2& map_from
 void Base::Command(double linear_mps, double angular_radps) {
   const bool usable = std::isfinite(linear_mps) && std::isfinite(angular_radps);
   commanded_speed_mps_ =
-      usable ? std::clamp(linear_mps, -options_.max_speed_mps, options_.max_speed_mps) : 0.0;
-  commanded_turn_radps_ =
-      usable ? std::clamp(angular_radps, -options_.max_turn_radps, options_.max_turn_radps) : 0.0;
+      usable ? std::clamp(linear_mps, -options_.robot.max_speed_mps, options_.robot.max_speed_mps)
+             : 0.0;
+  commanded_turn_radps_ = usable ? std::clamp(angular_radps, -options_.robot.max_turn_radps,
+                                              options_.robot.max_turn_radps)
+                                 : 0.0;
   command_age_s_ = 0.0;
 }
 
@@ -38,22 +40,22 @@ void Base::Accelerate(double step_s) {
   command_age_s_ += step_s;
   const bool fresh = command_age_s_ <= options_.command_timeout_s;
   speed_mps_ = Approach(speed_mps_, fresh ? commanded_speed_mps_ : 0.0,
-                        options_.max_acceleration_mps2 * step_s);
+                        options_.robot.max_acceleration_mps2 * step_s);
   turn_radps_ = Approach(turn_radps_, fresh ? commanded_turn_radps_ : 0.0,
-                         options_.max_turn_acceleration_radps2 * step_s);
+                         options_.robot.max_turn_acceleration_radps2 * step_s);
 }
 
 Pose2 Base::Ahead(double step_s) const {
   // The axle's middle moves along a circle; the robot frame's origin is ahead of it.
   const double turn = turn_radps_ * step_s;
   const double distance = speed_mps_ * step_s;
-  const Pose2 robot_from_axle{options_.centre_x_m, 0.0, 0.0};
+  const Pose2 robot_from_axle = options_.robot.RobotFromBase();
   const Pose2 moved{distance * std::cos(0.5 * turn), distance * std::sin(0.5 * turn), turn};
   return map_from_robot_ * robot_from_axle * moved * robot_from_axle.Inverse();
 }
 
 void Base::MoveTo(const Pose2& map_from_robot, std::uint64_t step) {
-  const Pose2 robot_from_axle{options_.centre_x_m, 0.0, 0.0};
+  const Pose2 robot_from_axle = options_.robot.RobotFromBase();
   const Pose2 axle_motion =
       robot_from_axle.Inverse() * map_from_robot_.Inverse() * map_from_robot * robot_from_axle;
   const double distance = std::copysign(axle_motion.translation().norm(), axle_motion.x);

@@ -5,16 +5,17 @@
 #include <cstdint>
 
 #include "common/frames.hpp"
+#include "common/robot_file.hpp"
 
 namespace beckon::simulation {
 
 struct BaseOptions {
-  double radius_m = 0.25;     // of the circular footprint
-  double centre_x_m = -0.15;  // of the footprint and the wheels' axle, in the robot frame
-  double max_speed_mps = 0.6;
-  double max_turn_radps = 1.2;
-  double max_acceleration_mps2 = 0.8;
-  double max_turn_acceleration_radps2 = 2.5;
+  RobotOptions robot{.radius_m = 0.25,
+                     .centre_x_m = -0.15,
+                     .max_speed_mps = 0.6,
+                     .max_turn_radps = 1.2,
+                     .max_acceleration_mps2 = 0.8,
+                     .max_turn_acceleration_radps2 = 2.5};
   double command_timeout_s = 0.3;          // stops when the newest command is older
   double odometry_scale_sd = 0.01;         // of the distance, drawn once a run
   double odometry_turn_scale_sd = 0.01;    // of the angle, drawn once a run
@@ -47,7 +48,7 @@ class Base {
   double turn_radps() const { return turn_radps_; }
   double distance_driven_m() const { return distance_driven_m_; }
   Eigen::Vector2d CentreAt(const Pose2& map_from_robot) const {
-    return map_from_robot * Eigen::Vector2d(options_.centre_x_m, 0.0);
+    return map_from_robot * options_.robot.RobotFromBase().translation();
   }
   const BaseOptions& options() const { return options_; }
 

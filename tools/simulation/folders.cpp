@@ -186,7 +186,7 @@ void WriteSequence(const std::filesystem::path& folder, const World& world,
   poses.Print("frame,utime,x_m,y_m,theta_rad\n");
 
   BaseOptions base;
-  base.max_speed_mps = options.speed_mps;
+  base.robot.max_speed_mps = options.speed_mps;
   Simulation simulation(world, base, RadioOptions{});
   ScriptedDrive drive(world);
   Renderer renderer(world, camera, options.render);

@@ -212,13 +212,7 @@ LiveOptions ReadLiveOptions(ConfigFile& file) {
   file.Table("camera").RequiredPath("calibration", calibration);
   options.camera = GroundCamera::Load(calibration);
 
-  const RobotOptions robot = ReadRobotOptions(file);
-  options.base.radius_m = robot.radius_m;
-  options.base.centre_x_m = robot.centre_x_m;
-  options.base.max_speed_mps = robot.max_speed_mps;
-  options.base.max_turn_radps = robot.max_turn_radps;
-  options.base.max_acceleration_mps2 = robot.max_acceleration_mps2;
-  options.base.max_turn_acceleration_radps2 = robot.max_turn_acceleration_radps2;
+  options.base.robot = ReadRobotOptions(file);
 
   ConfigTable& own = file.Table("simulate_robot");
   own.Optional("http_port", options.http_port, Range{0, 65535});

@@ -17,7 +17,7 @@ void ScriptedDrive::PlanTo(const Eigen::Vector2d& from, const Eigen::Vector2d& g
 }
 
 std::pair<double, double> ScriptedDrive::Command(const Simulation& simulation) {
-  const BaseOptions& limits = simulation.base().options();
+  const RobotOptions& limits = simulation.base().options().robot;
   const Pose2 map_from_robot = simulation.truth().map_from_robot;
   const Eigen::Vector2d centre = simulation.base().CentreAt(map_from_robot);
   if (!started_) {

@@ -21,7 +21,7 @@ Simulation::Simulation(const World& world, const BaseOptions& base, const RadioO
 Simulation::Nearest Simulation::NearestTo(const Eigen::Vector2d& centre) const {
   Nearest nearest{std::numeric_limits<double>::infinity(), ""};
   const auto consider = [&](const Solid& solid) {
-    const double distance = Distance(solid, centre) - base_.options().radius_m;
+    const double distance = Distance(solid, centre) - base_.options().robot.radius_m;
     if (distance < nearest.distance_m) nearest = {distance, solid.name};
   };
   for (const Solid& solid : world_.solids) consider(solid);
@@ -31,7 +31,7 @@ Simulation::Nearest Simulation::NearestTo(const Eigen::Vector2d& centre) const {
 
 std::vector<RadioPacket> Simulation::Step() {
   for (Person& person : people_) {
-    person.Step(kStepS, base_.CentreAt(base_.map_from_robot()), base_.options().radius_m);
+    person.Step(kStepS, base_.CentreAt(base_.map_from_robot()), base_.options().robot.radius_m);
   }
   base_.Accelerate(kStepS);
   const Pose2 ahead = base_.Ahead(kStepS);

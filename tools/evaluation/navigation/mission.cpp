@@ -38,7 +38,7 @@ class Runner {
  public:
   Runner(std::uint64_t seed, const MissionOptions& options)
       : options_(options),
-        world_(ScenarioWorld(options.scenario, seed), BaseOf(options.navigator.robot), {}),
+        world_(ScenarioWorld(options.scenario, seed), {.robot = options.navigator.robot}, {}),
         perception_(options.use_camera
                         ? MakeCameraPerception(simulation::DefaultCamera(), world_.world())
                         : MakeScanPerception(simulation::DefaultCamera(), seed)),
@@ -60,17 +60,6 @@ class Runner {
   }
 
  private:
-  static simulation::BaseOptions BaseOf(const RobotOptions& robot) {
-    simulation::BaseOptions base;
-    base.radius_m = robot.radius_m;
-    base.centre_x_m = robot.centre_x_m;
-    base.max_speed_mps = robot.max_speed_mps;
-    base.max_turn_radps = robot.max_turn_radps;
-    base.max_acceleration_mps2 = robot.max_acceleration_mps2;
-    base.max_turn_acceleration_radps2 = robot.max_turn_acceleration_radps2;
-    return base;
-  }
-
   double time_s() const { return world_.truth().time_s; }
 
   bool IsOver() const {
@@ -237,16 +226,9 @@ class Runner {
 
 MissionOptions DefaultMissionOptions(Scenario scenario) {
   MissionOptions options;
-  const simulation::BaseOptions base;
-  RobotOptions& robot = options.navigator.robot;
-  robot.radius_m = base.radius_m;
-  robot.centre_x_m = base.centre_x_m;
-  robot.max_speed_mps = base.max_speed_mps;
-  robot.max_turn_radps = base.max_turn_radps;
-  robot.max_acceleration_mps2 = base.max_acceleration_mps2;
-  robot.max_turn_acceleration_radps2 = base.max_turn_acceleration_radps2;
+  options.navigator.robot = simulation::BaseOptions{}.robot;
   options.scenario = scenario;
-  if (scenario == Scenario::kStepIn) robot.max_speed_mps = 0.5;
+  if (scenario == Scenario::kStepIn) options.navigator.robot.max_speed_mps = 0.5;
   return options;
 }
 

@@ -43,8 +43,8 @@ World Hall(std::uint64_t seed) {
 
 // The pose of the robot frame for a footprint that stands here.
 Pose2 RobotAt(const Eigen::Vector2d& centre, double heading_rad) {
-  const simulation::BaseOptions base;
-  return Pose2{centre.x(), centre.y(), heading_rad} * Pose2{-base.centre_x_m, 0.0, 0.0};
+  const RobotOptions robot = simulation::BaseOptions{}.robot;
+  return Pose2{centre.x(), centre.y(), heading_rad} * robot.RobotFromBase().Inverse();
 }
 
 World DoorWorld(std::uint64_t seed) {

@@ -6,8 +6,8 @@
 #include <deque>
 #include <stdexcept>
 
-#include "tools/evaluation/navigation/mission.hpp"
 #include "tools/evaluation/navigation/perception.hpp"
+#include "tools/evaluation/navigation/scenarios.hpp"
 #include "tools/evaluation/surveyed_site.hpp"
 #include "tools/simulation/folders.hpp"
 #include "tools/simulation/scripted_drive.hpp"
@@ -33,7 +33,7 @@ class Runner {
  public:
   Runner(std::uint64_t seed, const PoseDriveOptions& options)
       : options_(options),
-        world_(MissionWorld(seed), {}, {}),
+        world_(ScenarioWorld(Scenario::kFlat, seed), {}, {}),
         driver_(world_.world()),
         perception_(MakeScanPerception(simulation::DefaultCamera(), seed)),
         localizer_(SurveyedSite(world_.world(), {}), {}),
@@ -81,13 +81,13 @@ class Runner {
 
   void CarryElsewhere() {
     const simulation::World& world = world_.world();
-    const simulation::BaseOptions& base = world_.base().options();
+    const RobotOptions& robot = world_.base().options().robot;
     const simulation::ClearanceMap map = simulation::MakeClearanceMap(world);
     for (int attempt = 0; attempt < 10'000; ++attempt) {
       const Eigen::Vector2d centre = random_.UniformIn(world.min, world.max);
       const double heading = random_.Uniform(-std::numbers::pi, std::numbers::pi);
       const Eigen::Vector2d way = centre - world_.base().CentreAt(world_.base().map_from_robot());
-      if (map.At(centre) < base.radius_m + 0.15 || way.norm() < 2.0) continue;
+      if (map.At(centre) < robot.radius_m + 0.15 || way.norm() < 2.0) continue;
       world_.Carry(Pose2{centre.x(), centre.y(), heading} * Pose2{-base.centre_x_m, 0.0, 0.0});
       before_ = world_.truth().map_from_robot;
       driver_ = simulation::ScriptedDrive(world);
