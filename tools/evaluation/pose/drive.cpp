@@ -88,7 +88,7 @@ class Runner {
       const double heading = random_.Uniform(-std::numbers::pi, std::numbers::pi);
       const Eigen::Vector2d way = centre - world_.base().CentreAt(world_.base().map_from_robot());
       if (map.At(centre) < robot.radius_m + 0.15 || way.norm() < 2.0) continue;
-      world_.Carry(Pose2{centre.x(), centre.y(), heading} * Pose2{-base.centre_x_m, 0.0, 0.0});
+      world_.Carry(Pose2{centre.x(), centre.y(), heading} * robot.RobotFromBase().Inverse());
       before_ = world_.truth().map_from_robot;
       driver_ = simulation::ScriptedDrive(world);
       return;
