@@ -30,7 +30,10 @@ constexpr double kStartSdRad = 0.05;
 }  // namespace
 
 RobotLocalizer::RobotLocalizer(const SiteModel& model, const RobotLocalizerOptions& options)
-    : model_(model), options_(options), filter_(model.site.plan, model.grid, options.filter) {}
+    : model_(model),
+      options_(options),
+      filter_(model.site.plan, model.grid, options.filter),
+      waits_for_told_start_(options.map_from_odometry.has_value()) {}
 
 std::optional<Pose2> RobotLocalizer::AddOdometry(Instant now, Utime utime,
                                                  const Pose2& odometry_from_robot) {
@@ -44,7 +47,11 @@ std::optional<Pose2> RobotLocalizer::AddOdometry(Instant now, Utime utime,
 std::optional<Pose2> RobotLocalizer::AddGroundMotion(Instant now, Utime utime_from, Utime utime,
                                                      const std::optional<Pose2>& motion) {
   motion_.AddGroundMotion(utime_from, utime, motion);
-  if (odometry_at_ && SecondsSince(now, *odometry_at_) < kOdometryTimeoutS) return std::nullopt;
+  if (!ground_motion_since_) ground_motion_since_ = now;
+  // At the start the odometry gets its time to appear: a start that is told is told for it.
+  if (SecondsSince(now, odometry_at_.value_or(*ground_motion_since_)) < kOdometryTimeoutS) {
+    return std::nullopt;
+  }
   if (!motion) return std::nullopt;
   motion_at_ = now;
   StartWhereTold(utime, *motion);
@@ -53,13 +60,15 @@ std::optional<Pose2> RobotLocalizer::AddGroundMotion(Instant now, Utime utime_fr
 }
 
 void RobotLocalizer::StartWhereTold(Utime utime, const Pose2& odometry_from_robot) {
-  if (utime_ || !options_.map_from_odometry) return;
+  if (!waits_for_told_start_) return;
+  waits_for_told_start_ = false;
   filter_.StartAt(*options_.map_from_odometry * odometry_from_robot, kStartSdM, kStartSdRad);
   utime_ = utime;
 }
 
 void RobotLocalizer::AddScan(Instant now, Utime utime, const RangeScan& scan) {
   scan_at_ = now;
+  if (waits_for_told_start_) return;
   // A frame out of order tells nothing that newer ones do not. Time that has gone back for good
   // does.
   const Utime newest = scan_ ? scan_->utime : utime_.value_or(utime - 1);

@@ -61,8 +61,10 @@ class RobotLocalizer {
   const SiteModel& model_;
   RobotLocalizerOptions options_;
   RobotPoseFilter filter_;
+  bool waits_for_told_start_;  // for the first pose of the odometry
   EgoMotion motion_;
   std::optional<Instant> odometry_at_;
+  std::optional<Instant> ground_motion_since_;
   std::optional<Instant> motion_at_;
   std::optional<Instant> scan_at_;
   std::optional<PendingScan> scan_;      // not used yet

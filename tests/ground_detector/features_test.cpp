@@ -93,7 +93,8 @@ TEST(MatchTracks, FindsAShiftedPictureAgain) {
 
 TEST(MatchTracks, LooksOnlyInsideTheWindow) {
   const auto features = DetectFeatures(RandomPicture(320, 240), {});
-  const std::vector<Track> tracks = {{features[0].descriptor, {{0, features[0].pixel, {}, {}}}, {}}};
+  const std::vector<Track> tracks = {
+      {features[0].descriptor, {{0, features[0].pixel, {}, {}}}, {}}};
   const auto far_away = [&](const Track& track) {
     return SearchWindow{{track.seen.back().pixel + cv::Point2f(300.0F, 300.0F)}, 20.0F};
   };

@@ -123,7 +123,7 @@ TEST(GridTracker, DoesNotWalkThroughWalls) {
   for (std::size_t cell = 0; cell < probability.size(); ++cell) {
     if (grid.centres()[cell].x() > 5.0) beyond += static_cast<double>(probability[cell]);
   }
-  EXPECT_LT(beyond, 1e-12);
+  EXPECT_LT(beyond, 1e-5) << "blocks with next to nothing share it with the rest of the floor";
 }
 
 TEST(GridTracker, WalksThroughADoor) {

@@ -102,7 +102,7 @@ TEST(ModelSelection, LinksBetweenBeaconsAreHeldBackInBothDirections) {
   }
   const ModelChoice choice = Choose(site, readings);
   EXPECT_EQ(choice.held_back_epochs, 5);
-  EXPECT_LT(choice.trust.temper, 0.5);
+  EXPECT_LT(choice.trust.temper, 0.8);
   EXPECT_GT(choice.held_back_error_m, 2.0);
 }
 

@@ -253,6 +253,28 @@ TEST_F(Flat, AKnownStartIsKeptAndDriftRemoved) {
   ExpectRight(0.12, 0.05);
 }
 
+TEST_F(Flat, AKnownStartHoldsWhateverArrivesBeforeTheOdometry) {
+  RobotLocalizerOptions options;
+  options.map_from_odometry = truth_ * odometry_.Inverse();
+  Make(options);
+  const Instant now = clock_.Now();
+  robot_->AddScan(now, now.utime, Look(site_.plan, truth_));
+  EXPECT_FALSE(robot_->AddGroundMotion(now, now.utime - 100'000, now.utime, Pose2{}));
+  Step(0.0, 0.0);
+  ExpectRight(0.05, 0.02);
+}
+
+TEST_F(Flat, WithoutOdometryAKnownStartIsThatOfTheGroundsMotion) {
+  RobotLocalizerOptions options;
+  options.map_from_odometry = truth_;
+  Make(options);
+  uses_odometry_ = false;
+  Step(0.0, 0.0);
+  EXPECT_FALSE(pose_) << "odometry may still come";
+  for (int i = 0; i < 8; ++i) Step(0.0, 0.0);
+  ExpectRight(0.05, 0.02);
+}
+
 TEST_F(Flat, OdometryThatStartsAnewCostsLittle) {
   TurnRound();
   DriveRound();

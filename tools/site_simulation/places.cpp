@@ -63,7 +63,7 @@ Place RoomAndCorridor() {
   place.walk.emplace_back(3.0, 1.6);
   place.walk.emplace_back(3.0, 2.4);
   AddLanes({0.0, 2.0}, {6.0, 8.0}, 1.0, place.walk);
-  place.radio.shadowing_sd_db = 8.0;
+  place.radio.shadowing_sd_db = 12.0;
   return place;
 }
 
@@ -93,7 +93,7 @@ Place Hallway() {
                           {39.5, 14.5}});
   AddPoints({0.0, 0.0}, {40.0, 15.0}, 10, 6, place.points);
   AddLanes({0.0, 0.0}, {40.0, 15.0}, 1.5, place.walk);
-  place.radio.shadowing_sd_db = 4.0;
+  place.radio.shadowing_sd_db = 2.6;
   return place;
 }
 
