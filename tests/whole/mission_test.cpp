@@ -115,7 +115,7 @@ class Bystander {
 };
 
 TEST_F(MissionTest, EveryServiceMayBeKilledOnTheWay) {
-  testing::Process demo = StartDemo("3");
+  testing::Process demo = StartDemo("1");
   Bystander bystander;
   MessageBus& bus = bystander.bus();
   ASSERT_TRUE(DispatchUntil(
