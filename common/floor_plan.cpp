@@ -32,19 +32,6 @@ void AppendEdges(const Polygon& polygon, std::vector<Wall>& faces) {
   }
 }
 
-// Clears the cells that the segment passes through.
-void ClearAlong(const Wall& wall, const GridGeometry& grid, cv::Mat& mask) {
-  const Eigen::Vector2d delta = wall.to - wall.from;
-  const int steps =
-      std::max(1, static_cast<int>(std::ceil(delta.norm() / (0.25 * grid.resolution_m))));
-  for (int i = 0; i <= steps; ++i) {
-    const Eigen::Vector2d point = wall.from + delta * (static_cast<double>(i) / steps);
-    const int column = grid.Column(point.x());
-    const int row = grid.Row(point.y());
-    if (grid.Contains(column, row)) mask.at<std::uint8_t>(row, column) = 0;
-  }
-}
-
 // Distance along the ray to where it meets the segment; infinity where it does not.
 double RayToSegment(const Eigen::Vector2d& from, const Eigen::Vector2d& direction,
                     const Wall& wall) {
@@ -59,6 +46,18 @@ double RayToSegment(const Eigen::Vector2d& from, const Eigen::Vector2d& directio
 }
 
 }  // namespace
+
+void ClearAlong(const Wall& wall, const GridGeometry& grid, cv::Mat& mask) {
+  const Eigen::Vector2d delta = wall.to - wall.from;
+  const int steps =
+      std::max(1, static_cast<int>(std::ceil(delta.norm() / (0.25 * grid.resolution_m))));
+  for (int i = 0; i <= steps; ++i) {
+    const Eigen::Vector2d point = wall.from + delta * (static_cast<double>(i) / steps);
+    const int column = grid.Column(point.x());
+    const int row = grid.Row(point.y());
+    if (grid.Contains(column, row)) mask.at<std::uint8_t>(row, column) = 0;
+  }
+}
 
 bool SegmentsMeet(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
                   const Eigen::Vector2d& d) {

@@ -48,6 +48,9 @@ struct FloorPlan {
   double CastRay(const Eigen::Vector2d& from, double bearing_rad, double max_range_m) const;
 };
 
+// Clears the cells of the mask (CV_8UC1) that the wall passes through.
+void ClearAlong(const Wall& wall, const GridGeometry& grid, cv::Mat& mask);
+
 // Whether the closed segments a-b and c-d meet.
 bool SegmentsMeet(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
                   const Eigen::Vector2d& d);

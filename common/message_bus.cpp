@@ -88,8 +88,7 @@ void MessageBus::Deliver(Subscription& subscription, const void* data, std::size
 bool MessageBus::Dispatch(std::chrono::milliseconds timeout) {
   if (is_log_) {
     const int status = lcm_->handleTimeout(static_cast<int>(timeout.count()));
-    // LCM reports an error at once, and again and again, at the end of a log, and once where the
-    // log is damaged, after which it finds the next whole message.
+    // At the end of a log LCM reports an error at once, and again and again.
     if (status < 0) std::this_thread::sleep_for(timeout);
     return status > 0;
   }

@@ -307,17 +307,20 @@ PoseEstimate GroundOdometry::Align(const PoseEstimate& from_features, const Moti
   const std::vector<AlignmentReference> references = References();
   const BodyPose start = have_features ? from_features.pose : prior.pose;
   const bool searches = !have_features && !filter_.knows_velocity();
-  Alignment alignment =
-      AlignGround(options_.camera, pyramid, references, start, prior, searches, options_.alignment);
+  std::vector<BodyPose> starts = {start};
   // Without any idea of the speed, faint reflections, which move as if the robot hardly did, may
   // catch the descent: the best of several starts counts.
-  for (const double share : kSpeedsTried) {
-    if (!searches) break;
-    BodyPose other = start;
-    other.frame_from_robot =
-        other.frame_from_robot * Pose2{share * options_.max_speed_mps * dt_s, 0.0, 0.0};
-    const Alignment found =
-        AlignGround(options_.camera, pyramid, references, other, prior, true, options_.alignment);
+  if (searches) {
+    for (const double share : kSpeedsTried) {
+      starts.push_back(start);
+      Pose2& pose = starts.back().frame_from_robot;
+      pose = pose * Pose2{share * options_.max_speed_mps * dt_s, 0.0, 0.0};
+    }
+  }
+  Alignment alignment;
+  for (const BodyPose& from : starts) {
+    const Alignment found = AlignGround(options_.camera, pyramid, references, from, prior, searches,
+                                        options_.alignment);
     if (found.ok && (!alignment.ok || found.cost < alignment.cost)) alignment = found;
   }
   if (!alignment.ok) return from_features;

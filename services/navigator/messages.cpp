@@ -1,13 +1,21 @@
 #include "services/navigator/messages.hpp"
 
 #include <stdexcept>
+#include <string>
 
 #include "common/pose_message.hpp"
 
 namespace beckon {
 namespace {
 
-constexpr int kMaxSide = 4096;  // of a grid, cells
+template <typename Message>
+void CheckSize(const Message& message, const std::string& what) {
+  constexpr int kMaxSide = 4096;  // cells
+  if (message.width < 1 || message.width > kMaxSide || message.height < 1 ||
+      message.height > kMaxSide) {
+    throw std::invalid_argument(what + " of a size that cannot be");
+  }
+}
 
 }  // namespace
 
@@ -55,10 +63,7 @@ Scan ScanFromMessage(const bot_core::planar_lidar_t& message) {
 }
 
 PossibleArea AreaFromMessage(const probability_map_t& message) {
-  if (message.width < 1 || message.width > kMaxSide || message.height < 1 ||
-      message.height > kMaxSide) {
-    throw std::invalid_argument("a possible area of a size that cannot be");
-  }
+  CheckSize(message, "a possible area");
   PossibleArea area;
   area.utime = message.utime;
   area.tag = message.tag;
@@ -71,10 +76,7 @@ PossibleArea AreaFromMessage(const probability_map_t& message) {
 }
 
 SeenGrid GridFromMessage(const occupancy_grid_t& message) {
-  if (message.width < 1 || message.width > kMaxSide || message.height < 1 ||
-      message.height > kMaxSide) {
-    throw std::invalid_argument("a grid of a size that cannot be");
-  }
+  CheckSize(message, "a grid");
   SeenGrid grid;
   grid.utime = message.utime;
   grid.grid_from_robot = {message.grid_from_robot[0], message.grid_from_robot[1],

@@ -182,33 +182,33 @@ double WeightedVariance(const std::vector<SampleResidual>& samples,
 
 }  // namespace
 
-void MeasurementModel::AddLogLikelihood(int beacon, double rssi_dbm, double weight,
-                                        CellValues& sum) const {
+template <typename CellAt>
+void MeasurementModel::AddAt(int beacon, double rssi_dbm, double weight, const CellAt& cell_at,
+                             CellValues& sum) const {
   const BeaconTable& table = beacons_[static_cast<std::size_t>(beacon)];
   const auto scale = static_cast<float>(1.0 / rows_.step_db);
   const auto rssi = static_cast<float>(rssi_dbm - rows_.min_db);
   const auto factor = static_cast<float>(weight);
   const int last = rows_.bins - 1;
-  for (std::size_t cell = 0; cell < sum.size(); ++cell) {
-    const int bin = static_cast<int>((rssi - table.expected_dbm[cell]) * scale);
-    sum[cell] += factor * rows_.log_density[static_cast<std::size_t>(table.row[cell] * rows_.bins +
-                                                                     std::clamp(bin, 0, last))];
-  }
-}
-
-void MeasurementModel::AddLogLikelihood(int beacon, double rssi_dbm, double weight,
-                                        std::span<const int> cells, CellValues& sum) const {
-  const BeaconTable& table = beacons_[static_cast<std::size_t>(beacon)];
-  const auto scale = static_cast<float>(1.0 / rows_.step_db);
-  const auto rssi = static_cast<float>(rssi_dbm - rows_.min_db);
-  const auto factor = static_cast<float>(weight);
-  const int last = rows_.bins - 1;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto cell = static_cast<std::size_t>(cells[i]);
+  for (std::size_t i = 0; i < sum.size(); ++i) {
+    const std::size_t cell = cell_at(i);
     const int bin = static_cast<int>((rssi - table.expected_dbm[cell]) * scale);
     sum[i] += factor * rows_.log_density[static_cast<std::size_t>(table.row[cell] * rows_.bins +
                                                                   std::clamp(bin, 0, last))];
   }
+}
+
+void MeasurementModel::AddLogLikelihood(int beacon, double rssi_dbm, double weight,
+                                        CellValues& sum) const {
+  AddAt(
+      beacon, rssi_dbm, weight, [](std::size_t i) { return i; }, sum);
+}
+
+void MeasurementModel::AddLogLikelihood(int beacon, double rssi_dbm, double weight,
+                                        std::span<const int> cells, CellValues& sum) const {
+  AddAt(
+      beacon, rssi_dbm, weight, [&](std::size_t i) { return static_cast<std::size_t>(cells[i]); },
+      sum);
 }
 
 MeasurementModel MeasurementModel::Restricted(std::span<const int> cells) const {

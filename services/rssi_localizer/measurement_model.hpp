@@ -53,6 +53,11 @@ class MeasurementModel {
   double LogLikelihoodAt(int beacon, double rssi_dbm, int cell) const;
 
  private:
+  // Adds to sum[i] what the reading says of cell cell_at(i).
+  template <typename CellAt>
+  void AddAt(int beacon, double rssi_dbm, double weight, const CellAt& cell_at,
+             CellValues& sum) const;
+
   Rows rows_;
   std::vector<BeaconTable> beacons_;
 };

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <numeric>
 #include <set>
 #include <utility>
 #include <vector>
+
+#include "common/text.hpp"
 
 namespace beckon {
 namespace {
@@ -238,16 +239,13 @@ class Judge {
 }  // namespace
 
 std::string ModelChoice::Describe() const {
-  char text[160];
-  std::snprintf(text, sizeof text, ", temper %.2f", trust.temper);
-  std::string description = parts.Describe() + text;
+  std::string description = parts.Describe() + Format(", temper %.2f", trust.temper);
   if (trust.strongest < kAll) {
     description += ", the " + std::to_string(trust.strongest) + " strongest readings";
   }
   if (held_back_epochs > 0) {
-    std::snprintf(text, sizeof text, " (%d held-back epochs: mean error %.2f m, log score %.3f)",
-                  held_back_epochs, held_back_error_m, held_back_log_score);
-    description += text;
+    description += Format(" (%d held-back epochs: mean error %.2f m, log score %.3f)",
+                          held_back_epochs, held_back_error_m, held_back_log_score);
   }
   return description;
 }

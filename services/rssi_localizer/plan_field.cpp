@@ -10,23 +10,10 @@ namespace {
 
 constexpr double kMaxCells = 4e6;
 
-// Blackens the cells that the face passes through.
-void DrawFace(const Wall& face, const GridGeometry& grid, cv::Mat& transparent) {
-  const Eigen::Vector2d along = face.to - face.from;
-  const int steps =
-      std::max(1, static_cast<int>(std::ceil(along.norm() / (0.25 * grid.resolution_m))));
-  for (int i = 0; i <= steps; ++i) {
-    const Eigen::Vector2d point = face.from + along * (static_cast<double>(i) / steps);
-    const int column = grid.Column(point.x());
-    const int row = grid.Row(point.y());
-    if (grid.Contains(column, row)) transparent.at<unsigned char>(row, column) = 0;
-  }
-}
-
 // Everything that ends a ray is zero, all else 255. The end of the area is no wall.
 cv::Mat DrawTransparent(const FloorPlan& plan, const GridGeometry& grid) {
   cv::Mat transparent(grid.height, grid.width, CV_8UC1, cv::Scalar(255));
-  for (const Wall& face : plan.Faces()) DrawFace(face, grid, transparent);
+  for (const Wall& face : plan.Faces()) ClearAlong(face, grid, transparent);
   if (plan.image) {
     for (int row = 0; row < grid.height; ++row) {
       for (int column = 0; column < grid.width; ++column) {

@@ -9,8 +9,6 @@
 namespace beckon {
 namespace {
 
-constexpr double kNewViewM = 0.3;
-constexpr double kNewViewRad = 0.35;
 // A tenth of the places that radio thinks impossible are tried all the same.
 constexpr double kAnywhere = 0.1;
 constexpr double kSoft = 0.25;

@@ -17,6 +17,10 @@ struct Particle {
   double weight = 0.0;
 };
 
+// Motion after which the camera shows other things.
+inline constexpr double kNewViewM = 0.3;
+inline constexpr double kNewViewRad = 0.35;
+
 // What the camera saw on the last few metres, each view with the pose from which it was taken.
 class RecentViews {
  public:

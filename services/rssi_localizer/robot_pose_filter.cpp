@@ -3,19 +3,18 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <unordered_map>
 #include <unordered_set>
 
+#include "common/text.hpp"
+
 namespace beckon {
 namespace {
 
-// Motion after which a scan counts in full: by then it shows other things.
-constexpr double kViewM = 0.3;
-constexpr double kViewRad = 0.35;
-constexpr double kLeastShare = 0.25;  // scans that would count less are left out
+// After kNewViewM or kNewViewRad a scan counts in full. Scans that would count less are left out.
+constexpr double kLeastShare = 0.25;
 
 constexpr std::size_t kViewsAtMost = 24;
 constexpr std::size_t kViewsWhileLocated = 5;
@@ -158,7 +157,7 @@ void RobotPoseFilter::MoveParticles() {
 
 void RobotPoseFilter::AddScan(const RangeScan& scan) {
   const ScanModel::View view = scan_model_.Prepare(scan);
-  const double moved = pending_m_ / kViewM + pending_rad_ / kViewRad;
+  const double moved = pending_m_ / kNewViewM + pending_rad_ / kNewViewRad;
   const double share = has_seen_ ? std::min(1.0, moved) : 1.0;
   if (share < kLeastShare || view.empty() || !scan_model_.field().has_walls()) return;
   has_seen_ = true;
@@ -353,11 +352,8 @@ std::string RobotPoseFilter::Doubt() const {
   if (is_located_) return "";
   if (!scan_model_.field().has_walls()) return "the floor plan has no walls to find itself by";
   if (!has_seen_) return "the robot has not seen anything yet";
-  char text[96];
-  std::snprintf(text, sizeof(text),
-                "the robot is looking for itself: %.0f %% for the likeliest pose",
+  return Format("the robot is looking for itself: %.0f %% for the likeliest pose",
                 100.0 * belief_.share);
-  return text;
 }
 
 }  // namespace beckon

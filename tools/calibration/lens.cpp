@@ -1,8 +1,9 @@
 #include "tools/calibration/lens.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <opencv2/calib3d.hpp>
+
+#include "common/text.hpp"
 
 namespace beckon {
 
@@ -57,20 +58,17 @@ Lens CalibrateLens(const std::vector<std::vector<BoardCorner>>& pictures, const 
       std::max(deviations.at<double>(0) / lens.fx, deviations.at<double>(1) / lens.fy);
   constexpr double kWorstUncertainty = 0.01;
   constexpr double kWorstRmsPx = 1.5;
-  char text[256];
   if (!(uncertainty < kWorstUncertainty)) {
-    std::snprintf(text, sizeof(text),
-                  "the pictures of the board leave the focal length uncertain by %.1f %%: hold it "
-                  "at other angles, tilted by 30 degrees and more, near the corners too",
-                  100.0 * uncertainty);
-    throw CalibrationError(text);
+    throw CalibrationError(
+        Format("the pictures of the board leave the focal length uncertain by %.1f %%: hold it "
+               "at other angles, tilted by 30 degrees and more, near the corners too",
+               100.0 * uncertainty));
   }
   if (!(lens.rms_px < kWorstRmsPx)) {
-    std::snprintf(text, sizeof(text),
-                  "no lens explains the pictures of the board to better than %.1f pixels: is it "
-                  "flat, and are columns and rows right?",
-                  lens.rms_px);
-    throw CalibrationError(text);
+    throw CalibrationError(
+        Format("no lens explains the pictures of the board to better than %.1f pixels: is it "
+               "flat, and are columns and rows right?",
+               lens.rms_px));
   }
   return lens;
 }

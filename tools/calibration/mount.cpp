@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "common/text.hpp"
 #include "tools/calibration/mount_fit.hpp"
 
 namespace beckon {
@@ -13,7 +14,8 @@ namespace {
 
 void CheckSpread(const std::vector<FloorPoint>& points) {
   if (points.size() < 4) {
-    Refuse("%zu marks are too few: four at the least, and more make it better", points.size());
+    throw CalibrationError(
+        Format("%zu marks are too few: four at the least, and more make it better", points.size()));
   }
   const auto count = static_cast<Eigen::Index>(points.size());
   for (const bool in_picture : {false, true}) {
@@ -25,8 +27,9 @@ void CheckSpread(const std::vector<FloorPoint>& points) {
     matrix.colwise() -= matrix.rowwise().mean().eval();
     const Eigen::Vector2d spread = matrix.jacobiSvd().singularValues() / std::sqrt(count);
     if (!(spread(1) > 0.02 * spread(0))) {
-      Refuse("all marks lie on one line %s: spread them over the floor, to both sides and far away",
-             in_picture ? "in the picture" : "on the floor");
+      throw CalibrationError(Format(
+          "all marks lie on one line %s: spread them over the floor, to both sides and far away",
+          in_picture ? "in the picture" : "on the floor"));
     }
   }
 }
@@ -77,66 +80,68 @@ void CheckAgreement(const MountInput& input, const MountResiduals& residuals, co
     odd_off_px = (view.Project(mark.floor_m) - residuals.mark_pixels()[i]).norm();
   }
   if (odd != nullptr) {
-    Refuse(
+    throw CalibrationError(Format(
         "%s does not agree with the others: it lies %.0f pixels from where they put it; was it "
         "measured or found wrongly?",
-        odd->name.c_str(), odd_off_px);
+        odd->name.c_str(), odd_off_px));
   }
   for (std::size_t b = 0; b < input.boards.size(); ++b) {
     const FloorBoard& board = input.boards[b];
     const Eigen::Vector2d first = residuals.CornerOnFloor(mount.parameters, b, {0.0, 0.0});
     if ((first - board.first_m).norm() > 4.0 * kTapeSigmaM) {
-      Refuse(
+      throw CalibrationError(Format(
           "%s: the board's first corner is measured at (%.3f, %.3f) m, but the others put it at "
           "(%.3f, %.3f) m; are first and second corner swapped? The rest of the board lies to "
           "the right of the way from the first to the second",
-          board.name.c_str(), board.first_m.x(), board.first_m.y(), first.x(), first.y());
+          board.name.c_str(), board.first_m.x(), board.first_m.y(), first.x(), first.y()));
     }
   }
   const Eigen::Vector3d centre = view.Centre();
   if ((centre.head<2>() - input.camera_at).norm() > 3.0 * kCameraAtSigmaM) {
-    Refuse(
+    throw CalibrationError(Format(
         "the camera would be over (%.3f, %.3f) m instead of (%.3f, %.3f) m: measure from the "
         "point below it, or tell with camera_at where that point is",
-        centre.x(), centre.y(), input.camera_at.x(), input.camera_at.y());
+        centre.x(), centre.y(), input.camera_at.x(), input.camera_at.y()));
   }
   Eigen::VectorXd values(residuals.values());
   residuals(mount.parameters, values);
   const double freedom = std::max(1, residuals.values() - residuals.inputs());
   constexpr double kWorstMisfit = 5.0;  // times what tape and pictures are expected to err
   if (std::sqrt(values.squaredNorm() / freedom) > kWorstMisfit) {
-    Refuse(
+    throw CalibrationError(Format(
         "corners and marks are off by %.1f pixels (rms), %s most, by %.1f: measured wrongly, or "
         "a lens with distortion without pictures of the board to tell it from",
-        mount.rms_px, mount.worst_name.c_str(), mount.worst_px);
+        mount.rms_px, mount.worst_name.c_str(), mount.worst_px));
   }
 }
 
 void CheckGeometry(const std::vector<FloorPoint>& points, const Mount& mount) {
   const GroundCamera& camera = mount.camera;
   if (!(camera.height_m > 0.03 && camera.height_m < 20.0)) {
-    Refuse("the camera would be %.3f m above the floor", camera.height_m);
+    throw CalibrationError(Format("the camera would be %.3f m above the floor", camera.height_m));
   }
   if (std::abs(mount.pan_rad) > 0.5 * std::numbers::pi) {
-    Refuse("the camera would look backwards: x has to grow away from the robot, where it looks");
+    throw CalibrationError(
+        "the camera would look backwards: x has to grow away from the robot, where it looks");
   }
   const auto bottom = camera.GroundFromPixel({camera.cx, camera.height - 1.0});
   if (!bottom || bottom->x() <= 0.0) {
-    Refuse("the bottom of the picture would not show floor before the robot");
+    throw CalibrationError("the bottom of the picture would not show floor before the robot");
   }
   for (const FloorPoint& point : points) {
     if (!camera.GroundFromPixel(point.ideal)) {
-      Refuse("the mark at (%.2f, %.2f) m would lie above the horizon, at row %.0f of the picture",
-             point.floor_m.x(), point.floor_m.y(), camera.HorizonRow(point.ideal.x()));
+      throw CalibrationError(Format(
+          "the mark at (%.2f, %.2f) m would lie above the horizon, at row %.0f of the picture",
+          point.floor_m.x(), point.floor_m.y(), camera.HorizonRow(point.ideal.x())));
     }
   }
   constexpr double kJudgedAtM = 3.0;
   const double sigma_m = mount.RangeSigma(kJudgedAtM);
   if (!(sigma_m < 0.1 * kJudgedAtM)) {
-    Refuse(
+    throw CalibrationError(Format(
         "the marks are too close together: at 3 m the floor would be known to %.2f m only; lay "
         "some farther away and to the sides",
-        sigma_m);
+        sigma_m));
   }
 }
 
@@ -146,10 +151,10 @@ void OrientBoards(MountInput& input) {
     const double measured_m = (board.second_m - board.first_m).norm();
     const double printed_m = input.board.extent().x();
     if (std::abs(measured_m - printed_m) > std::max(4.0 * kTapeSigmaM, 0.03 * printed_m)) {
-      Refuse(
+      throw CalibrationError(Format(
           "%s: from the first to the second corner it is %.3f m as measured, but %.3f m by the "
           "board's squares",
-          board.name.c_str(), measured_m, printed_m);
+          board.name.c_str(), measured_m, printed_m));
     }
     // Which way round the board lies: what is farther away appears higher up.
     const double direction =
@@ -187,8 +192,9 @@ void CheckHeight(const MountInput& input) {
   const double sigma_m =
       std::hypot(kHeightSigmaM, std::sqrt(gradient.dot(mount.covariance * gradient)));
   if (!(std::abs(difference) < 4.0 * sigma_m)) {
-    Refuse("the camera would be %.3f m above the floor, but %.3f m was measured",
-           mount.camera.height_m, *input.camera_height_m);
+    throw CalibrationError(
+        Format("the camera would be %.3f m above the floor, but %.3f m was measured",
+               mount.camera.height_m, *input.camera_height_m));
   }
 }
 

@@ -3,8 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <opencv2/calib3d.hpp>
 #include <optional>
 #include <unsupported/Eigen/NonLinearOptimization>
@@ -34,7 +32,7 @@ Eigen::VectorXd FirstGuess(const MountInput& input, const MountResiduals& residu
     pixels.emplace_back(point.ideal.x(), point.ideal.y());
   }
   const cv::Mat found = cv::findHomography(floor, pixels);
-  if (found.empty()) Refuse("no homography fits the marks");
+  if (found.empty()) throw CalibrationError("no homography fits the marks");
   Eigen::Matrix3d h;
   for (int i = 0; i < 9; ++i) h(i / 3, i % 3) = found.at<double>(i / 3, i % 3);
   double depth = 0.0;
@@ -61,7 +59,7 @@ Eigen::VectorXd FirstGuess(const MountInput& input, const MountResiduals& residu
   const Eigen::Matrix3d turn = svd.matrixU() * svd.matrixV().transpose();
   const Eigen::Vector3d translation = scale * columns.col(2);
   if ((-turn.transpose() * translation).z() <= 0.0) {
-    Refuse(
+    throw CalibrationError(
         "the camera would be below the floor: the marks are mirrored; x has to grow away from "
         "the robot and y to its left");
   }
@@ -93,15 +91,6 @@ Eigen::MatrixXd CovarianceAt(const MountResiduals& residuals, const Eigen::Vecto
 }
 
 }  // namespace
-
-void Refuse(const char* format, ...) {
-  char text[512];
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof(text), format, arguments);
-  va_end(arguments);
-  throw CalibrationError(text);
-}
 
 Eigen::Vector2d FloorFromBoard(const Eigen::Vector2d& origin_m, double direction_rad,
                                const Eigen::Vector2d& board_m) {

@@ -19,9 +19,6 @@ inline constexpr double kMarkSigmaPx = 1.0;
 inline constexpr int kPoseParameters = 6;   // turn vector and translation, camera from floor
 inline constexpr int kBoardParameters = 3;  // x, y of its first corner, direction of its rows
 
-// Throws a CalibrationError with this text.
-__attribute__((format(printf, 1, 2))) [[noreturn]] void Refuse(const char* format, ...);
-
 // Where a point of a board lies. Seen from above the page, y down the page is to the right of x
 // along it.
 Eigen::Vector2d FloorFromBoard(const Eigen::Vector2d& origin_m, double direction_rad,

@@ -1,25 +1,15 @@
 #include "tools/calibration/report.hpp"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <opencv2/imgproc.hpp>
 
 #include "common/frames.hpp"
+#include "common/text.hpp"
 
 namespace beckon {
 namespace {
 
 constexpr int kFarthestM = 6;
-
-__attribute__((format(printf, 1, 2))) std::string Line(const char* format, ...) {
-  char line[512];
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(line, sizeof(line), format, arguments);
-  va_end(arguments);
-  return line;
-}
 
 // Range that a pixel is worth at this range straight ahead, m.
 double PixelWorth(const GroundCamera& camera, double range_m) {
@@ -37,27 +27,27 @@ std::string DescribeMount(const Session& session, const Mount& mount) {
   std::string text;
   const MountInput& input = session.mount;
   if (session.lens_pictures > 0) {
-    text += Line("lens          from %zu pictures, off by %.2f px (rms)\n", session.lens_pictures,
-                 input.lens->rms_px);
+    text += Format("lens          from %zu pictures, off by %.2f px (rms)\n", session.lens_pictures,
+                   input.lens->rms_px);
   } else if (input.lens) {
     text += "lens          as given\n";
   } else {
     text += "lens          taken to be free of distortion and centred; the focal length fitted\n";
   }
-  text += Line("focal length  %.1f x %.1f px, centre (%.1f, %.1f)\n", camera.fx, camera.fy,
-               camera.cx, camera.cy);
-  text += Line("mount         %.3f m high, %.2f degrees down, %.2f to the left, rolled by %.2f\n",
-               camera.height_m, DegreesFromRadians(camera.tilt_down_rad),
-               DegreesFromRadians(mount.pan_rad), DegreesFromRadians(mount.roll_rad));
-  text += Line("used          %zu boards, %zu marks\n", input.boards.size(), input.marks.size());
-  text += Line("reprojection  %.2f px (rms); worst %.2f px, in %s\n\n", mount.rms_px,
-               mount.worst_px, mount.worst_name.c_str());
+  text += Format("focal length  %.1f x %.1f px, centre (%.1f, %.1f)\n", camera.fx, camera.fy,
+                 camera.cx, camera.cy);
+  text += Format("mount         %.3f m high, %.2f degrees down, %.2f to the left, rolled by %.2f\n",
+                 camera.height_m, DegreesFromRadians(camera.tilt_down_rad),
+                 DegreesFromRadians(mount.pan_rad), DegreesFromRadians(mount.roll_rad));
+  text += Format("used          %zu boards, %zu marks\n", input.boards.size(), input.marks.size());
+  text += Format("reprojection  %.2f px (rms); worst %.2f px, in %s\n\n", mount.rms_px,
+                 mount.worst_px, mount.worst_name.c_str());
   text += "  range   a pixel is    reprojection    calibration\n";
   for (int range = 1; range <= kFarthestM; ++range) {
     const double pixel_m = PixelWorth(camera, range);
     const double sigma_m = mount.RangeSigma(range);
-    text += Line("  %3d m   %7.3f m    +- %6.3f m    +- %6.3f m  (%.1f %%)\n", range, pixel_m,
-                 mount.rms_px * pixel_m, sigma_m, 100.0 * sigma_m / range);
+    text += Format("  %3d m   %7.3f m    +- %6.3f m    +- %6.3f m  (%.1f %%)\n", range, pixel_m,
+                   mount.rms_px * pixel_m, sigma_m, 100.0 * sigma_m / range);
   }
   return text;
 }

@@ -36,4 +36,12 @@ inline Seeds ParseSeeds(const std::string& text) {
   throw CLI::ValidationError("--seeds", "has to be A-B, for example 1-20");
 }
 
+// Adds --seeds, 1-20 where it is not given. `seeds` has to outlive the parsing.
+inline void AddSeedsOption(CLI::App& app, Seeds& seeds) {
+  seeds = {1, 20};
+  app.add_option_function<std::string>(
+         "--seeds", [&seeds](const std::string& text) { seeds = ParseSeeds(text); }, "A-B")
+      ->default_str("1-20");
+}
+
 }  // namespace beckon

@@ -1,10 +1,11 @@
 #include "tools/viewer/mission_log.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
+
+#include "common/text.hpp"
 
 namespace beckon {
 namespace {
@@ -14,13 +15,6 @@ constexpr const char* kServices[] = {"beacon_reader",   "rssi_localizer", "camer
                                      "ground_detector", "range_caster",   "navigator"};
 // Smaller steps are the estimate's noise, not a way that was driven.
 constexpr double kLeastStepM = 0.02;
-
-template <typename... Arguments>
-std::string Format(const char* format, Arguments... arguments) {
-  char text[256];
-  std::snprintf(text, sizeof(text), format, arguments...);
-  return text;
-}
 
 std::string StateText(const Scene& scene) {
   if (!scene.status) return "navigator silent";

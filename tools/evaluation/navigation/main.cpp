@@ -12,7 +12,6 @@ int main(int argc, char** argv) {
   std::string scenario = "flat";
   std::string perception = "scan";
   std::string pose = "odometry";
-  std::string seeds_text = "1-20";
   std::string pictures;
   bool as_json = false;
   app.add_option("--scenario", scenario,
@@ -23,13 +22,12 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"scan", "camera"}));
   app.add_option("--pose", pose, "odometry from a known start, or the truth")
       ->check(CLI::IsMember({"odometry", "truth"}));
-  app.add_option("--seeds", seeds_text, "A-B");
+  beckon::Seeds seeds;
+  beckon::AddSeedsOption(app, seeds);
   app.add_option("--pictures", pictures, "folder for a picture of each mission that failed");
   app.add_flag("--json", as_json, "print JSON");
-  beckon::Seeds seeds;
   try {
     app.parse(argc, argv);
-    seeds = beckon::ParseSeeds(seeds_text);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }

@@ -14,18 +14,16 @@ int main(int argc, char** argv) {
       "evaluate_pose");
   beckon::PoseDriveOptions options;
   std::string motion = "odometry";
-  std::string seeds_text = "1-20";
   bool as_json = false;
-  app.add_option("--seeds", seeds_text, "A-B")->capture_default_str();
+  beckon::Seeds seeds;
+  beckon::AddSeedsOption(app, seeds);
   app.add_flag("--kidnap", options.is_carried, "carry the robot elsewhere after the first parts");
   app.add_option("--motion", motion, "odometry, or ground: the motion that the camera sees")
       ->check(CLI::IsMember({"odometry", "ground"}))
       ->capture_default_str();
   app.add_flag("--json", as_json, "print JSON");
-  beckon::Seeds seeds;
   try {
     app.parse(argc, argv);
-    seeds = beckon::ParseSeeds(seeds_text);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
+
+#include "common/text.hpp"
 
 namespace beckon {
 namespace {
@@ -81,51 +82,43 @@ nlohmann::json SearchAsJson(const Search& search) {
 }
 
 std::string SearchAsText(const Search& search) {
-  char text[96];
-  std::snprintf(text, sizeof(text), "%-8s %5.1f m %5.1f s  %5.2f m %5.1f deg",
+  return Format("%-8s %5.1f m %5.1f s  %5.2f m %5.1f deg",
                 search.is_right     ? "right"
                 : search.is_located ? "off"
                                     : "unknown",
                 search.found_m, search.found_s, search.error_m, search.error_deg);
-  return text;
 }
 
 }  // namespace
 
 std::string DriveAsLine(const PoseDrive& drive, const PoseDriveOptions& options) {
-  char text[160];
-  std::snprintf(text, sizeof(text), "%6llu  ", static_cast<unsigned long long>(drive.seed));
-  std::string line = text + SearchAsText(drive.start);
+  std::string line = Format("%6llu  ", static_cast<unsigned long long>(drive.seed));
+  line += SearchAsText(drive.start);
   if (options.is_carried) line += "   carried: " + SearchAsText(drive.recovery);
-  std::snprintf(text, sizeof(text), "  wrong %4.1f s of %5.1f s\n", drive.wrong_s, drive.time_s);
-  return line + text;
+  return line + Format("  wrong %4.1f s of %5.1f s\n", drive.wrong_s, drive.time_s);
 }
 
 std::string DrivesAsTable(const std::vector<PoseDrive>& drives, const PoseDriveOptions& options) {
   const Summary summary = Summarise(drives);
   const auto search_line = [&](const char* what, double after_m, const SearchSummary& search) {
-    char text[192];
-    std::snprintf(text, sizeof(text),
-                  "%s: %d of %zu right after %.0f m, %d off; first right after %.1f m, %.0f s "
-                  "(medians), %.1f m (95 %%)\n",
-                  what, search.right, drives.size(), after_m, search.located - search.right,
-                  search.found_m_median, search.found_s_median, search.found_m_p95);
-    return std::string(text);
+    return Format(
+        "%s: %d of %zu right after %.0f m, %d off; first right after %.1f m, %.0f s "
+        "(medians), %.1f m (95 %%)\n",
+        what, search.right, drives.size(), after_m, search.located - search.right,
+        search.found_m_median, search.found_s_median, search.found_m_p95);
   };
   std::string table = search_line("unknown start", options.find_m, summary.start);
   if (options.is_carried) {
     table += search_line("carried away", options.recover_m, summary.recovery);
   }
-  char text[320];
-  std::snprintf(text, sizeof(text),
-                "errors after the first %.0f m: median %.3f m, %.2f deg; 95 %% %.3f m, %.2f deg\n"
-                "of all time %.1f %% with a pose, %.2f %% with a wrong one\n"
-                "processor: %.1f %% of a core while searching, %.1f %% while located\n",
-                options.find_m, summary.error_m_median, summary.error_deg_median,
-                summary.error_m_p95, summary.error_deg_p95, 100.0 * summary.located_share,
-                100.0 * summary.wrong_share, 100.0 * summary.cpu_searching,
-                100.0 * summary.cpu_located);
-  return table + text;
+  return table +
+         Format(
+             "errors after the first %.0f m: median %.3f m, %.2f deg; 95 %% %.3f m, %.2f deg\n"
+             "of all time %.1f %% with a pose, %.2f %% with a wrong one\n"
+             "processor: %.1f %% of a core while searching, %.1f %% while located\n",
+             options.find_m, summary.error_m_median, summary.error_deg_median, summary.error_m_p95,
+             summary.error_deg_p95, 100.0 * summary.located_share, 100.0 * summary.wrong_share,
+             100.0 * summary.cpu_searching, 100.0 * summary.cpu_located);
 }
 
 std::string DrivesAsJson(const std::vector<PoseDrive>& drives, const PoseDriveOptions& options) {

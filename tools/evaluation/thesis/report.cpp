@@ -1,23 +1,14 @@
 #include "tools/evaluation/thesis/report.hpp"
 
-#include <cstdarg>
-#include <cstdio>
 #include <nlohmann/json.hpp>
+
+#include "common/text.hpp"
 
 namespace beckon {
 namespace {
 
 constexpr double kThesisFeatureFalseRate = 0.0084;
 constexpr double kThesisRegionFalseRate = 0.0291;
-
-__attribute__((format(printf, 1, 2))) std::string Line(const char* format, ...) {
-  char line[256];
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(line, sizeof(line), format, arguments);
-  va_end(arguments);
-  return line;
-}
 
 nlohmann::ordered_json TableAsJson(const RangeTable& table) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
@@ -39,20 +30,20 @@ nlohmann::ordered_json TableAsJson(const RangeTable& table) {
 
 std::string WallsAsTable(const std::vector<GroundScores>& trials) {
   const WallsSummary summary = SummariseWalls(trials);
-  std::string text = Line(
+  std::string text = Format(
       "Section 3.5: three walls and a floor of one random texture, random path; %zu trials of %d "
       "views, %%\n                                  thesis   Beckon\n",
       trials.size(), kWallsViews);
-  text += Line("feature false rate, mean          %6.2f   %6.2f   (of %.1f nothing is said)\n",
-               100.0 * kThesisFeatureFalseRate, 100.0 * summary.feature_false_rate,
-               100.0 * summary.feature_undetermined);
-  text += Line("region false rate, mean           %6.2f   %6.2f   (undetermined %.2f)\n",
-               100.0 * kThesisRegionFalseRate, 100.0 * summary.region_false_rate,
-               100.0 * summary.undetermined);
-  text += Line("region false rate, worst frame         -   %6.2f\n",
-               100.0 * summary.region_false_rate_worst);
-  text += Line("range error, mean                      -   %6.2f\n", 100.0 * summary.range_error);
-  text += Line("ms a frame, median                     -   %6.1f\n", summary.ms);
+  text += Format("feature false rate, mean          %6.2f   %6.2f   (of %.1f nothing is said)\n",
+                 100.0 * kThesisFeatureFalseRate, 100.0 * summary.feature_false_rate,
+                 100.0 * summary.feature_undetermined);
+  text += Format("region false rate, mean           %6.2f   %6.2f   (undetermined %.2f)\n",
+                 100.0 * kThesisRegionFalseRate, 100.0 * summary.region_false_rate,
+                 100.0 * summary.undetermined);
+  text += Format("region false rate, worst frame         -   %6.2f\n",
+                 100.0 * summary.region_false_rate_worst);
+  text += Format("range error, mean                      -   %6.2f\n", 100.0 * summary.range_error);
+  text += Format("ms a frame, median                     -   %6.1f\n", summary.ms);
   return text;
 }
 
@@ -83,7 +74,7 @@ std::string WallsAsJson(const std::vector<GroundScores>& trials) {
 }
 
 std::string RangeAsTable(const RangeExperiment& experiment, int trials) {
-  std::string text = Line(
+  std::string text = Format(
       "Table 3-1: an object on the floor, 640 x 480, %d trials; range error in %%\n"
       "              full scale                      one tenth scale\n"
       "  distance    mean    bias   worst  missed     mean    bias   worst  missed\n",
@@ -91,21 +82,21 @@ std::string RangeAsTable(const RangeExperiment& experiment, int trials) {
   for (std::size_t i = 0; i < experiment.full.rows.size(); ++i) {
     const RangeRow& full = experiment.full.rows[i];
     const RangeRow& tenth = experiment.tenth.rows[i];
-    text += Line("  %5.1f m   %6.2f  %+6.2f  %6.2f  %6.2f   %6.2f  %+6.2f  %6.2f  %6.2f\n",
-                 full.distance_m, 100.0 * full.error, 100.0 * full.bias, 100.0 * full.worst,
-                 100.0 * full.missed, 100.0 * tenth.error, 100.0 * tenth.bias, 100.0 * tenth.worst,
-                 100.0 * tenth.missed);
+    text += Format("  %5.1f m   %6.2f  %+6.2f  %6.2f  %6.2f   %6.2f  %+6.2f  %6.2f  %6.2f\n",
+                   full.distance_m, 100.0 * full.error, 100.0 * full.bias, 100.0 * full.worst,
+                   100.0 * full.missed, 100.0 * tenth.error, 100.0 * tenth.bias,
+                   100.0 * tenth.worst, 100.0 * tenth.missed);
   }
   const auto summary = [&](double from_m, double to_m, const char* thesis) {
-    text += Line("  %.1f - %.1f m %5.2f %32.2f   thesis: %s\n", from_m, to_m,
-                 100.0 * experiment.full.MeanError(from_m, to_m),
-                 100.0 * experiment.tenth.MeanError(from_m, to_m), thesis);
+    text += Format("  %.1f - %.1f m %5.2f %32.2f   thesis: %s\n", from_m, to_m,
+                   100.0 * experiment.full.MeanError(from_m, to_m),
+                   100.0 * experiment.tenth.MeanError(from_m, to_m), thesis);
   };
   summary(1.6, 4.8, "within 3 %");
   summary(5.2, 6.0, "more");
-  text += Line("  ms a frame: median %.1f, p95 %.1f; one tenth scale: median %.1f, p95 %.1f\n",
-               experiment.full.ms_median, experiment.full.ms_p95, experiment.tenth.ms_median,
-               experiment.tenth.ms_p95);
+  text += Format("  ms a frame: median %.1f, p95 %.1f; one tenth scale: median %.1f, p95 %.1f\n",
+                 experiment.full.ms_median, experiment.full.ms_p95, experiment.tenth.ms_median,
+                 experiment.tenth.ms_p95);
   return text;
 }
 
