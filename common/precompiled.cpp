@@ -1,0 +1,1 @@
+// Holds nothing: precompiled headers need a target to belong to.
