@@ -15,8 +15,9 @@ int main(int argc, char** argv) {
   std::string pictures;
   bool as_json = false;
   app.add_option("--scenario", scenario,
-                 "flat: random furnished flats; door: through 0.8 m; step-in: somebody steps in")
-      ->check(CLI::IsMember({"flat", "door", "step-in"}));
+                 "flat: random furnished flats; demo: those of tools/demo; door: through 0.8 m; "
+                 "step-in: somebody steps in")
+      ->check(CLI::IsMember({"flat", "demo", "door", "step-in"}));
   app.add_option("--perception", perception,
                  "scan: true ranges with a camera's faults; camera: pictures")
       ->check(CLI::IsMember({"scan", "camera"}));
@@ -32,7 +33,8 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   beckon::MissionOptions options =
-      beckon::DefaultMissionOptions(scenario == "door"      ? beckon::Scenario::kDoor
+      beckon::DefaultMissionOptions(scenario == "demo"      ? beckon::Scenario::kDemo
+                                    : scenario == "door"    ? beckon::Scenario::kDoor
                                     : scenario == "step-in" ? beckon::Scenario::kStepIn
                                                             : beckon::Scenario::kFlat);
   options.use_camera = perception == "camera";

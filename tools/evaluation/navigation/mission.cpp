@@ -88,7 +88,8 @@ class Runner {
     See(now);
     if (!has_called_ && time_s() > kCallAfterS) {
       has_called_ = true;
-      const bool is_tag = options_.scenario == Scenario::kFlat;
+      const bool is_tag =
+          options_.scenario == Scenario::kFlat || options_.scenario == Scenario::kDemo;
       navigator_.OnCall(now, {is_tag ? Call::Kind::kTag : Call::Kind::kPoint, now.utime,
                               is_tag ? simulation::kCallerTag : "", world_.world().caller});
     }

@@ -95,6 +95,8 @@ World ScenarioWorld(Scenario scenario, std::uint64_t seed) {
       return DoorWorld(seed);
     case Scenario::kStepIn:
       return StepInWorld(seed);
+    case Scenario::kDemo:
+      return simulation::MakeWorld(seed, {});
     case Scenario::kFlat:
       break;
   }

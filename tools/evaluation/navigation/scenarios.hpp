@@ -10,6 +10,7 @@ namespace beckon {
 
 enum class Scenario {
   kFlat,    // a random furnished flat, 1 to 6 rooms, up to 3 people who walk; called by a tag
+  kDemo,    // the flat that tools/demo shows with this seed, called by a tag as there
   kDoor,    // through a door of 0.8 m, with odd seeds from left to right, with even ones back
   kStepIn,  // along a hall at 0.5 m/s; somebody steps in 1.5 m before it, and stays there
 };
