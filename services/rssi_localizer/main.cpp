@@ -36,7 +36,7 @@ void Run(Service& service, const RssiLocalizerOptions& options) {
   });
   bus.SubscribeLatest<bot_core::planar_lidar_t>(
       channels::kScan, [&](const bot_core::planar_lidar_t& message) {
-        robot.AddScan(now(), message.utime, ScanFromMessage(message));
+        robot.AddScan(now(), message.utime, RangeScanFromMessage(message));
       });
 
   std::size_t next_map = 0;

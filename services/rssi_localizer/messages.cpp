@@ -94,7 +94,7 @@ std::optional<Pose2> MotionFromMessage(const planar_motion_t& message) {
   return motion;
 }
 
-RangeScan ScanFromMessage(const bot_core::planar_lidar_t& message) {
+RangeScan RangeScanFromMessage(const bot_core::planar_lidar_t& message) {
   return {message.rad0, message.radstep, message.ranges, message.intensities};
 }
 

@@ -32,7 +32,7 @@ Pose2 OdometryFromMessage(const bot_core::pose_t& message);
 // Throws std::invalid_argument for a motion that is OK but not finite; nothing for one that is not
 // OK.
 std::optional<Pose2> MotionFromMessage(const planar_motion_t& message);
-RangeScan ScanFromMessage(const bot_core::planar_lidar_t& message);
+RangeScan RangeScanFromMessage(const bot_core::planar_lidar_t& message);
 
 // ROBOT_POSE: the robot is there at the time of the odometry (or of the newer frame), and moves as
 // that says.

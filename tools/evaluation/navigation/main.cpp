@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   CLI::App app("Missions in random furnished flats: one a seed.", "evaluate_navigation");
   std::string scenario = "flat";
   std::string perception = "scan";
-  std::string pose = "odometry";
+  std::string pose = "filter";
   std::string pictures;
   bool as_json = false;
   app.add_option("--scenario", scenario,
@@ -21,8 +21,8 @@ int main(int argc, char** argv) {
   app.add_option("--perception", perception,
                  "scan: true ranges with a camera's faults; camera: pictures")
       ->check(CLI::IsMember({"scan", "camera"}));
-  app.add_option("--pose", pose, "odometry from a known start, or the truth")
-      ->check(CLI::IsMember({"odometry", "truth"}));
+  app.add_option("--pose", pose, "filter: rssi_localizer's, from a known start; truth: the true one")
+      ->check(CLI::IsMember({"filter", "truth"}));
   beckon::Seeds seeds;
   beckon::AddSeedsOption(app, seeds);
   app.add_option("--pictures", pictures, "folder for a picture of each mission that failed");

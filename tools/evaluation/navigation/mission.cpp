@@ -6,8 +6,11 @@
 #include <cmath>
 #include <deque>
 
+#include "services/navigator/messages.hpp"
 #include "services/range_caster/grid_mapper.hpp"
 #include "services/rssi_localizer/localizer.hpp"
+#include "services/rssi_localizer/messages.hpp"
+#include "services/rssi_localizer/robot_localizer.hpp"
 #include "tools/evaluation/navigation/perception.hpp"
 #include "tools/evaluation/surveyed_site.hpp"
 #include "tools/simulation/folders.hpp"
@@ -34,6 +37,12 @@ bool IsDue(double time_s, double period_s) {
          std::floor((time_s - simulation::kStepS + 1e-9) / period_s);
 }
 
+RobotLocalizerOptions KnownStart(const simulation::Base& base) {
+  RobotLocalizerOptions options;
+  options.map_from_odometry = base.map_from_robot() * base.odometry_from_robot().Inverse();
+  return options;
+}
+
 class Runner {
  public:
   Runner(std::uint64_t seed, const MissionOptions& options)
@@ -44,9 +53,8 @@ class Runner {
                         : MakeScanPerception(simulation::DefaultCamera(), seed)),
         mapper_(perception_->caster(), {}),
         localizer_(SurveyedSite(world_.world(), {}), {}),
-        navigator_(options.navigator, simulation::SiteOf(world_.world()).plan),
-        map_from_odometry_(world_.base().map_from_robot() *
-                           world_.base().odometry_from_robot().Inverse()) {
+        robot_(localizer_.model(), KnownStart(world_.base())),
+        navigator_(options.navigator, simulation::SiteOf(world_.world()).plan) {
     mission_.scenario = options.scenario;
     mission_.seed = seed;
     if (options.scenario == Scenario::kStepIn)
@@ -81,9 +89,12 @@ class Runner {
       const Pose2& odometry = world_.base().odometry_from_robot();
       navigator_.OnOdometry(now, now.utime, odometry);
       mapper_.motion().AddOdometry(now.utime, odometry);
-      navigator_.OnPose(
-          now, now.utime,
-          options_.use_true_pose ? world_.base().map_from_robot() : map_from_odometry_ * odometry);
+      const auto pose = robot_.AddOdometry(now, now.utime, odometry);
+      if (options_.use_true_pose) {
+        navigator_.OnPose(now, now.utime, world_.base().map_from_robot());
+      } else if (pose) {
+        navigator_.OnPose(now, now.utime, *pose);
+      }
     }
     See(now);
     if (!has_called_ && time_s() > kCallAfterS) {
@@ -101,13 +112,19 @@ class Runner {
 
   void Hear(const std::vector<simulation::RadioPacket>& packets, Instant now) {
     for (const simulation::RadioPacket& packet : packets) {
+      const Reading own{now.utime, simulation::kRobotTag, packet.beacon,
+                        static_cast<double>(packet.rssi_dbm)};
+      if (localizer_.Add(own, now) == Localizer::Verdict::kAccepted) robot_.AddReading(own);
       for (const simulation::HeardTag& heard : packet.heard) {
         localizer_.Add({now.utime, heard.tag, packet.beacon, static_cast<double>(heard.rssi_dbm)},
                        now);
       }
     }
     if (!IsDue(time_s(), kLocationPeriodS)) return;
-    for (const auto& location : localizer_.Update(now)) {
+    for (const TagLocation& location : localizer_.Update(now)) {
+      robot_.AddLocation(location);
+      navigator_.OnPossibleArea(
+          now, AreaFromMessage(MapFromLocation(localizer_.model().grid, location)));
       const bool is_located = location.status == TagLocation::Status::kOk;
       navigator_.OnLocation(now, {location.utime, location.tag, is_located, location.estimate.mean,
                                   location.estimate.covariance, location.estimate.area_90_m2});
@@ -125,6 +142,9 @@ class Runner {
       navigator_.OnScan(now,
                         {seen.at.utime, seen.scan.first_bearing_rad, seen.scan.bearing_step_rad,
                          seen.scan.ranges_m, seen.scan.ground_seen_m});
+      robot_.AddScan(now, seen.at.utime,
+                     {seen.scan.first_bearing_rad, seen.scan.bearing_step_rad, seen.scan.ranges_m,
+                      seen.scan.ground_seen_m});
       mapper_.AddScan(seen.at.utime, seen.scan);
     }
     if (world_.steps() % kStepsPerGrid == 0 && mapper_.Update()) {
@@ -212,8 +232,8 @@ class Runner {
   std::unique_ptr<Perception> perception_;
   GridMapper mapper_;
   Localizer localizer_;
+  RobotLocalizer robot_;
   Navigator navigator_;
-  const Pose2 map_from_odometry_;
   ManualClock clock_;
   std::deque<Seen> in_flight_;
   bool has_called_ = false;

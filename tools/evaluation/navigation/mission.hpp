@@ -18,7 +18,7 @@ struct MissionOptions {
   Scenario scenario = Scenario::kFlat;
   bool use_camera =
       false;  // rendered pictures through the vision chain, else true ranges with noise
-  bool use_true_pose = false;  // else odometry from a known start
+  bool use_true_pose = false;  // else rssi_localizer's, from a known start
   double max_time_s = 400.0;
   NavigatorOptions navigator;
 };
