@@ -12,6 +12,8 @@ constexpr double kWindowSideM = 7.0;
 constexpr double kResolutionM = 0.025;
 constexpr double kMoveWindowM = 1.0;
 constexpr std::uint8_t kFreeUpTo = 90;  // 45 %
+// Nearer to the robot than a route is planned, what is in doubt is no floor: corners fade first.
+constexpr std::uint8_t kDoubtfulFrom = 115;  // 57 %
 constexpr double kNothingNearM = 10.0;
 // Free floor round the robot when it is switched on: who put it there left it room to turn.
 constexpr double kFirstStandM = 0.12;
@@ -19,16 +21,21 @@ constexpr double kFirstStandS = 3600.0;
 // How long things hold that GRID does not know.
 constexpr double kStandS = 20.0;
 constexpr double kSightS = 8.0;
-constexpr double kHiddenS = 10.0;
+// Something too near for the camera holds a second longer with each scan that shows it: it outlasts
+// the robot's turning away, and one phantom does not.
+constexpr double kHiddenPerScanS = 1.0;
+constexpr double kHiddenS = 10.0;  // at most
 constexpr double kGridTimeoutS = 2.0;
 // Floor this near to an obstacle is never sure to be free. It is the obstacle that tells how near
 // one may come there.
 constexpr int kBesideObstacleCells = 4;
+// What is known to stand this near to a ray may be what the ray met: places err by so much.
+constexpr int kSameObstacleCells = 3;
 // The border of what was seen does not count: a cell that is partly floor is called free.
 constexpr int kBorderCells = 2;
 // By so much the clearance may seem to shrink along a way that keeps it.
 constexpr double kSlackM = 0.005;
-constexpr double kTouchM = 0.01;
+constexpr double kTouchM = 0.03;
 // Of the cells, in which OpenCV draws.
 constexpr int kFractionBits = 8;
 constexpr double kFractions = 1 << kFractionBits;
@@ -64,6 +71,7 @@ void Surroundings::SetGrid(Instant now, SeenGrid grid, const Pose2& local_from_r
 void Surroundings::SetScan(Scan scan, const Pose2& local_from_robot) {
   scan_ = std::move(scan);
   local_from_scan_ = local_from_robot;
+  is_scan_new_ = true;
   is_changed_ = true;
 }
 
@@ -157,7 +165,7 @@ void Surroundings::DrawGrid() {
       const int cell = grid_->grid.IndexAt(first + column * step);
       if (cell < 0) continue;
       const std::uint8_t occupancy = grid_->occupancy[static_cast<std::size_t>(cell)];
-      if (occupancy >= SeenGrid::kOccupiedFrom && occupancy != SeenGrid::kUnknown)
+      if (occupancy >= kDoubtfulFrom && occupancy != SeenGrid::kUnknown)
         grid_obstacles_.at<std::uint8_t>(row, column) = 0;
       if (occupancy <= kFreeUpTo) grid_seen_.at<std::uint8_t>(row, column) = 255;
     }
@@ -198,45 +206,62 @@ void Surroundings::AddScan() {
   seen_until_.setTo(now_s_ + kSightS, floor);
   hidden_until_.setTo(0.0, floor);  // it would hide the floor behind it
 
+  std::vector<std::size_t> blind_hits;
   for (std::size_t ray = 0; ray < scan_->ranges_m.size(); ++ray) {
     const double range = scan_->ranges_m[ray];
     if (!std::isfinite(range)) continue;
-    const Eigen::Vector2d direction = direction_at(scan_->Bearing(ray));
     if (scan_->ground_seen_m[ray] > 0.0F) {
-      MarkOccupied(camera + (range + 0.5 * kResolutionM) * direction);
+      MarkOccupied(camera + (range + 0.5 * kResolutionM) * direction_at(scan_->Bearing(ray)));
     } else {
-      AddBlindHits(direction, range);
+      blind_hits.push_back(ray);
     }
   }
+  if (!is_scan_new_ || blind_hits.empty()) return;
+  is_scan_new_ = false;
+  cv::Mat to_known;  // in cells
+  cv::distanceTransform(obstacles_, to_known, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  cv::Mat shown(window_.height, window_.width, CV_8UC1, cv::Scalar(0));
+  for (const std::size_t ray : blind_hits) {
+    const Eigen::Vector2d place =
+        HiddenPlace(direction_at(scan_->Bearing(ray)), scan_->ranges_m[ray], to_known);
+    const int column = window_.Column(place.x());
+    const int row = window_.Row(place.y());
+    if (window_.Contains(column, row)) shown.at<std::uint8_t>(row, column) = 255;
+  }
+  cv::Mat until = cv::max(hidden_until_, now_s_) + kHiddenPerScanS;
+  until = cv::min(until, now_s_ + kHiddenS);
+  until.copyTo(hidden_until_, shown);
 }
 
 // Not even the nearest visible pixel is floor. What is there stands at this range or anywhere
-// nearer, outside the robot. Unless it is known already, it is where the floor was not seen, and
-// where all of it was, somebody has stepped in: then the nearest place is the one to reckon with.
-void Surroundings::AddBlindHits(const Eigen::Vector2d& direction, double range_m) {
+// nearer, outside the robot. It is what is known to stand beside the ray, if anything is; else it
+// is where the floor was not seen, and where all of it was, somebody has stepped in: then the
+// nearest place is the one to reckon with.
+Eigen::Vector2d Surroundings::HiddenPlace(const Eigen::Vector2d& direction, double range_m,
+                                          const cv::Mat& to_known) const {
   std::optional<Eigen::Vector2d> nearest;
   std::optional<Eigen::Vector2d> unseen;
-  for (double way = 0.0; way < range_m + kResolutionM; way += 0.5 * kResolutionM) {
+  std::optional<Eigen::Vector2d> known;
+  float least = kSameObstacleCells;
+  const double end = range_m + kSameObstacleCells * kResolutionM;
+  for (double way = 0.0; way < end; way += kResolutionM) {
     const Eigen::Vector2d point = local_from_scan_.translation() + way * direction;
     const int column = window_.Column(point.x());
     const int row = window_.Row(point.y());
     if (!window_.Contains(column, row)) break;
-    if (obstacles_.at<std::uint8_t>(row, column) == 0) return;
-    float& hidden_until = hidden_until_.at<float>(row, column);
-    const bool is_known = hidden_until > now_s_;
-    if (is_known) hidden_until = static_cast<float>(now_s_ + kHiddenS);
-    if (is_known) return;
+    if (hidden_until_.at<float>(row, column) > now_s_) return point;
     if ((point - base_).norm() < robot_.radius_m + kResolutionM) continue;
+    if (to_known.at<float>(row, column) < least) {
+      least = to_known.at<float>(row, column);
+      known = point;
+    }
+    if (way > range_m) continue;
     if (!nearest) nearest = point;
     if (!unseen && seen_.at<std::uint8_t>(row, column) == 0) unseen = point;
   }
-  if (!nearest) nearest = local_from_scan_.translation() + range_m * direction;
-  const Eigen::Vector2d place = unseen.value_or(*nearest);
-  const int column = window_.Column(place.x());
-  const int row = window_.Row(place.y());
-  if (window_.Contains(column, row)) {
-    hidden_until_.at<float>(row, column) = static_cast<float>(now_s_ + kHiddenS);
-  }
+  if (known) return *known;
+  if (unseen) return *unseen;
+  return nearest.value_or(local_from_scan_.translation() + range_m * direction);
 }
 
 std::vector<Eigen::Vector2d> Surroundings::Hidden() const {

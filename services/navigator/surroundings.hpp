@@ -50,7 +50,10 @@ class Surroundings {
   void DrawGrid();
   // Takes over what the newest scan shows.
   void AddScan();
-  void AddBlindHits(const Eigen::Vector2d& direction, double range_m);
+  // Where that stands which is too near for the camera, by a ray that sees no floor at all.
+  // `to_known`: CV_32FC1, from each cell to the nearest that is known to be occupied, cells.
+  Eigen::Vector2d HiddenPlace(const Eigen::Vector2d& direction, double range_m,
+                              const cv::Mat& to_known) const;
   // Marks a disc as seen for a time.
   void AddStand(const Eigen::Vector2d& base, double radius_m, double seconds);
   void MarkOccupied(const Eigen::Vector2d& point);
@@ -64,6 +67,7 @@ class Surroundings {
   std::optional<Scan> scan_;
   Pose2 local_from_scan_;
   bool is_changed_ = false;
+  bool is_scan_new_ = false;  // not yet counted among those that show something hidden
   bool has_started_ = false;
   float now_s_ = 0.0F;  // steady time
   Eigen::Vector2d base_ = Eigen::Vector2d::Zero();

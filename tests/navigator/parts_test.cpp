@@ -182,6 +182,56 @@ TEST(Surroundings, ObstacleThatMayBeNearerIsTakenAsNear) {
   EXPECT_LT(LookAlong(surroundings, robot, {}, 0.0, 1, 1.0, 0.0).free_m, 0.15);
 }
 
+// As above, from a wall that was seen a moment ago: coming near to it is nobody stepping in.
+TEST(Surroundings, KnownObstacleTooNearForTheCameraStaysWhereItIs) {
+  RobotOptions robot;
+  Surroundings surroundings(robot);
+  surroundings.SetScan(FlatScan(1, 0.65F, true), {});
+  surroundings.Update({}, {});
+  Scan scan = FlatScan(2, 0.6F, true);
+  scan.ground_seen_m.assign(121, 0.0F);
+  SeenGrid grid;  // remembers the wall, which is round
+  grid.grid.resolution_m = 0.05;
+  grid.grid.width = grid.grid.height = 40;
+  grid.grid_from_robot = {1.0, 1.0, 0.0};
+  grid.occupancy.assign(1600, 0);
+  for (int cell = 0; cell < grid.grid.size(); ++cell) {
+    const double distance = (grid.grid.Centre(cell) - grid.grid_from_robot.translation()).norm();
+    if (distance > 0.64) grid.occupancy[static_cast<std::size_t>(cell)] = 200;
+  }
+  surroundings.SetGrid({}, grid, {});
+  surroundings.SetScan(scan, {});
+  surroundings.Update({}, {});
+  EXPECT_NEAR(LookAlong(surroundings, robot, {}, 0.0, 1, 1.0, 0.0).free_m, 0.65 - robot.radius_m,
+              0.08);
+}
+
+TEST(Surroundings, WhatIsTooNearHoldsTheLongerTheMoreScansShowIt) {
+  RobotOptions robot;
+  Scan near = FlatScan(1, 0.6F, true);
+  near.ground_seen_m.assign(121, 0.0F);
+  Scan undetermined = near;
+  undetermined.ranges_m.assign(121, std::numeric_limits<float>::quiet_NaN());
+  const auto free_after = [&](int scans, double seconds) {
+    Surroundings surroundings(robot);
+    surroundings.SetScan(FlatScan(1, 2.0F, false), {});
+    surroundings.Update({}, {});
+    for (int i = 0; i < scans; ++i) {
+      surroundings.SetScan(near, {});
+      surroundings.Update({}, {});
+    }
+    Instant later;
+    later.steady += std::chrono::milliseconds(std::lround(1e3 * seconds));
+    surroundings.SetScan(undetermined, {});
+    surroundings.Update(later, {});
+    return LookAlong(surroundings, robot, {}, 0.0, 1, 1.0, 0.0).free_m;
+  };
+  EXPECT_LT(free_after(1, 0.9), 0.15);
+  EXPECT_EQ(free_after(1, 1.1), 1.0) << "one phantom";
+  EXPECT_LT(free_after(5, 4.9), 0.15);
+  EXPECT_EQ(free_after(100, 10.1), 1.0) << "never for long";
+}
+
 TEST(Surroundings, MayMoveAwayFromWhatItTouches) {
   RobotOptions robot;
   Surroundings surroundings(robot);
