@@ -104,7 +104,8 @@ cv::Mat SegmentClassifier::CellMotion(const SegmentScene& scene) const {
       }
     }
     cv::warpPerspective(cell_motion_, motion, matrix, motion.size(),
-                        cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+                        cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT,
+                        cv::Scalar(0.0));
   }
   if (scene.evidence.empty()) return motion;
   motion = options_.keep * motion + scene.evidence;

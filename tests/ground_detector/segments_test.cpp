@@ -8,6 +8,7 @@
 #include "services/ground_detector/mean_shift.hpp"
 #include "services/ground_detector/parallax.hpp"
 #include "services/ground_detector/random_walk.hpp"
+#include "services/ground_detector/segment_classifier.hpp"
 #include "tests/ground_detector/scene.hpp"
 
 namespace beckon {
@@ -191,6 +192,37 @@ TEST(ColourModel, LearnsForgetsAndHasNoOpinionOfTheNew) {
   }
   EXPECT_GT(model.LogRatio(paint), 2.0F);
   EXPECT_LT(model.LogRatio(floor), -2.0F);
+}
+
+// The robot turns on the spot over floor that motion has confirmed, and something comes into view
+// at the side. It is not the floor that it replaces there.
+TEST(SegmentClassifier, WhatComesIntoViewIsNotTakenForTheFloorBesideIt) {
+  const cv::Size size(64, 48);
+  constexpr int kStepCells = 10;
+  const cv::Mat nowhere(size, CV_8UC1, cv::Scalar(0));
+  cv::Mat near = nowhere.clone();
+  near(cv::Rect(20, 40, 24, 8)).setTo(255);
+  const auto segments_of = [](const cv::Mat& bgr) {
+    return MeanShiftSegments(HsiFromBgr(bgr, 0.01F), {});
+  };
+  SegmentClassifier classifier({});
+  const cv::Mat floor(size, CV_8UC3, cv::Scalar(110, 160, 140));
+  const Segmentation whole = segments_of(floor);
+  const cv::Mat evidence(size, CV_32FC1, cv::Scalar(2.0));
+  cv::Mat log_odds;
+  for (int frame = 0; frame < 5; ++frame) {
+    log_odds = classifier.Update(
+        {whole, floor, evidence, nowhere, near, Eigen::Matrix3d(Eigen::Matrix3d::Identity())});
+  }
+  EXPECT_GT(log_odds.at<float>(24, 60), 1.0F);
+
+  cv::Mat bgr = floor.clone();
+  bgr.colRange(size.width - kStepCells, size.width).setTo(cv::Scalar(60, 120, 40));
+  Eigen::Matrix3d before_from_now = Eigen::Matrix3d::Identity();
+  before_from_now(0, 2) = kStepCells;
+  log_odds = classifier.Update({segments_of(bgr), bgr, {}, nowhere, near, before_from_now});
+  EXPECT_GT(log_odds.at<float>(24, size.width - kStepCells - 3), 1.0F);
+  EXPECT_LT(log_odds.at<float>(24, size.width - kStepCells + 3), 0.5F);
 }
 
 }  // namespace
