@@ -9,10 +9,12 @@
 namespace beckon {
 namespace {
 
-constexpr float kSure = 4.0F;      // log-odds of what is certain
-constexpr float kLearnt = 1.5F;    // log-odds from which on colours are learnt
-constexpr float kFaint = 0.15F;    // evidence that noise alone may give a cell
-constexpr float kFootStep = 4.0F;  // squared, in radii of the segmentation's kernel
+constexpr float kSure = 4.0F;    // log-odds of what is certain
+constexpr float kLearnt = 1.5F;  // log-odds from which on colours are learnt
+constexpr float kFaint = 0.15F;  // evidence that noise alone may give a cell
+// What lies directly before the robot in a colour that ground does not have may stand there.
+constexpr float kKnownColour = 0.3F;  // log-odds
+constexpr float kFootStep = 4.0F;     // squared, in radii of the segmentation's kernel
 
 template <typename Visit>
 void ForEachCell(const cv::Mat& ids, const Visit& visit) {
@@ -206,9 +208,10 @@ cv::Mat SegmentClassifier::Update(const SegmentScene& scene) {
     add_motion(cell_motion.at<float>(v, u), options_.cell_motion_weight);
     add_motion(motion[id], options_.segment_motion_weight);
     // Colour has its say where motion is silent.
-    beliefs.Add(v, u, colours_.LogRatio(scene.bgr.at<cv::Vec3b>(v, u)),
+    const float colour = colours_.LogRatio(scene.bgr.at<cv::Vec3b>(v, u));
+    beliefs.Add(v, u, colour,
                 options_.colour_weight / (1.0F + std::abs(cell_motion.at<float>(v, u))));
-    if (scene.near.at<std::uint8_t>(v, u) != 0) {
+    if (scene.near.at<std::uint8_t>(v, u) != 0 && colour > kKnownColour) {
       beliefs.Add(
           v, u, kSure,
           static_cast<int>(id) == near_segment ? options_.near_alone_weight : options_.near_weight);

@@ -225,5 +225,25 @@ TEST(SegmentClassifier, WhatComesIntoViewIsNotTakenForTheFloorBesideIt) {
   EXPECT_LT(log_odds.at<float>(24, size.width - kStepCells + 3), 0.5F);
 }
 
+// Something fills the view before the robot, as after a turn on the spot.
+TEST(SegmentClassifier, WhatLiesBeforeTheRobotIsGroundOnlyInAColourOfGround) {
+  const cv::Size size(64, 48);
+  const cv::Mat nowhere(size, CV_8UC1, cv::Scalar(0));
+  cv::Mat near = nowhere.clone();
+  near(cv::Rect(20, 40, 24, 8)).setTo(255);
+  SegmentClassifier classifier({});
+  const auto see = [&](const cv::Scalar& bgr) {
+    const cv::Mat picture(size, CV_8UC3, bgr);
+    const Segmentation segments = MeanShiftSegments(HsiFromBgr(picture, 0.01F), {});
+    return classifier.Update({segments, picture, {}, nowhere, near, std::nullopt})
+        .at<float>(44, 32);
+  };
+  const cv::Scalar floor(110, 160, 140);
+  EXPECT_GT(see(floor), 1.0F) << "the robot is switched on where there is a way to see";
+  EXPECT_GT(see(floor), 1.0F);
+  EXPECT_NEAR(see({25, 20, 20}), 0.0F, 0.1F);
+  EXPECT_GT(see(floor), 1.0F);
+}
+
 }  // namespace
 }  // namespace beckon
