@@ -26,11 +26,6 @@ constexpr double kWaitForObstacleS = 4.0;
 constexpr double kWaitAtGoalS = 2.0;
 constexpr double kNearGoalM = 1.1;
 constexpr double kWaitForRouteS = 1.5;
-constexpr int kMaxRecoveries = 6;
-constexpr double kFreeAgainM = 0.7;
-constexpr double kTightM = 0.15;
-constexpr double kBackOutM = 0.4;
-constexpr double kBackOutMps = 0.12;
 constexpr double kProgressM = 0.15;
 constexpr double kStillM = 0.1;
 constexpr double kStillRad = 0.2;
@@ -85,6 +80,7 @@ Navigator::Navigator(const NavigatorOptions& options, const FloorPlan& plan)
       follower_(options.robot, options.follower),
       monitor_(options.robot, options.safety),
       surroundings_(options.robot),
+      recovery_(options_.robot, follower_, monitor_, options.follower.margin_m),
       frame_(options.robot),
       destination_(options.arrival),
       wanderer_(options.robot, options.follower.margin_m) {}
@@ -118,7 +114,7 @@ void Navigator::OnCall(Instant now, const Call& call) {
 void Navigator::StartDriving(Instant now) {
   DropRoute();
   FollowAgain(now);
-  recoveries_ = 0;
+  recovery_.ForgetAttempts();
   no_progress_s_ = 0.0;
   nearest_to_go_m_ = std::numeric_limits<double>::infinity();
   posed_or_called_ = now;
@@ -306,7 +302,7 @@ Velocity Navigator::Drive(Instant now, const Pose2& local_from_base) {
       ((is_near && destination_.call()->kind == Call::Kind::kTag &&
         surroundings_.IsObstructed(local_from_base.translation(),
                                    map_from_local_->Inverse() * goal->point)) ||
-       (blocked_s > kWaitAtGoalS && (is_near || recoveries_ > 1)));
+       (blocked_s > kWaitAtGoalS && (is_near || recovery_.attempts() > 1)));
   const bool is_at_end = is_kept_off || (!route_.empty() && step.distance_to_go_m < kRouteEndM);
   if (destination_.HasArrived(map_base_, is_at_end, planner_)) {
     if (std::abs(monitor_.last().linear_mps) < kStandingMps) {
@@ -323,8 +319,7 @@ Velocity Navigator::Drive(Instant now, const Pose2& local_from_base) {
 
   WatchProgress(now, status_.distance_to_go_m, local_from_base);
   if (!ActiveCall()) return {};
-  if (maneuver_ == Maneuver::kLookAround) return LookAround(local_from_base);
-  if (maneuver_ == Maneuver::kBackOut) return BackOut(local_from_base);
+  if (recovery_.is_active()) return Recover(now, local_from_base);
   if (route_.empty()) {
     ReportStop(stop_reason::kNoRoute, "no way round what has been seen");
     return {};
@@ -372,15 +367,13 @@ void Navigator::WatchProgress(Instant now, double distance_to_go_m, const Pose2&
     return;
   }
 
-  if (maneuver_ != Maneuver::kFollow) return;
+  if (recovery_.is_active()) return;
   const Pose2 moved = moved_from_.Inverse() * local_from_base;
   if (!moved_at_ || moved.translation().norm() > kStillM || std::abs(moved.theta) > kStillRad) {
     moved_at_ = now;
     moved_from_ = local_from_base;
   }
-  if ((local_from_base.translation() - maneuver_from_.translation()).norm() > kFreeAgainM) {
-    recoveries_ = 0;
-  }
+  recovery_.NoteProgress(local_from_base);
   const bool is_without_route =
       route_.empty() && blocked_since_ && SecondsSince(now, *blocked_since_) > kWaitForRouteS;
   if (is_without_route || SecondsSince(now, *moved_at_) > kWaitForObstacleS) {
@@ -389,29 +382,24 @@ void Navigator::WatchProgress(Instant now, double distance_to_go_m, const Pose2&
 }
 
 void Navigator::StartRecovery(Instant now, const Pose2& local_from_base) {
-  if (recoveries_ >= kMaxRecoveries) {
+  if (!recovery_.Start(local_from_base, surroundings_)) {
     GiveUp(now, route_.empty() ? "no way round what has been seen" : "the way is blocked");
     return;
   }
-  // Where it stands close to things, turning shows little that it does not know: back first.
-  if (recoveries_ == 0) {
-    const double around =
-        surroundings_.Clearance(local_from_base.translation()) - options_.robot.radius_m;
-    is_back_first_ = around < kTightM;
-  }
-  const bool is_back = (recoveries_ % 2 == 0) == is_back_first_;
-  maneuver_ = is_back ? Maneuver::kBackOut : Maneuver::kLookAround;
-  ++recoveries_;
-  maneuver_from_ = local_from_base;
-  last_heading_ = local_from_base.theta;
-  turned_rad_ = 0.0;
   moved_at_ = now;
   // What stood in rooms out of view may have gone; it is met again if it has not.
-  if (maneuver_ == Maneuver::kLookAround) planner_.ForgetSeen();
+  if (recovery_.is_looking_around()) planner_.ForgetSeen();
+}
+
+Velocity Navigator::Recover(Instant now, const Pose2& local_from_base) {
+  const auto velocity = recovery_.Continue(local_from_base, surroundings_);
+  if (!velocity) FollowAgain(now);
+  status_.detail = recovery_.Description();
+  return velocity.value_or(Velocity{});
 }
 
 void Navigator::FollowAgain(Instant now) {
-  maneuver_ = Maneuver::kFollow;
+  recovery_.Stop();
   follower_.Reset();
   blocked_since_.reset();
   moved_at_ = now;
@@ -428,14 +416,14 @@ Velocity Navigator::FindItself(Instant now, const Pose2& local_from_base) {
     DropRoute();
     status_.route.clear();
     wanderer_.Clear();
-    StartLookingAround(local_from_base);
+    recovery_.StartLookingAround(local_from_base);
   }
   if (SecondsSince(now, *finding_since_) > kFindItselfS) {
     Finish(NavigatorState::kGaveUp, "the robot does not find itself on the map");
     return {};
   }
+  if (recovery_.is_active()) return Recover(now, local_from_base);
   status_.detail = "looking for itself on the map";
-  if (maneuver_ == Maneuver::kLookAround) return LookAround(local_from_base);
   if (!route_.empty()) {
     const Step step = follower_.Follow(now, route_, local_from_base, surroundings_);
     if (step.blocked_by.empty() && step.distance_to_go_m > kRouteEndM) return step.velocity;
@@ -444,7 +432,7 @@ Velocity Navigator::FindItself(Instant now, const Pose2& local_from_base) {
   if (const auto place = wanderer_.NextPlace(local_from_base, surroundings_)) {
     route_ = {local_from_base.translation(), *place};
   } else {
-    StartLookingAround(local_from_base);
+    recovery_.StartLookingAround(local_from_base);
   }
   return {};
 }
@@ -454,38 +442,6 @@ void Navigator::StopFindingItself(Instant now) {
   finding_since_.reset();
   DropRoute();
   FollowAgain(now);
-}
-
-void Navigator::StartLookingAround(const Pose2& local_from_base) {
-  maneuver_ = Maneuver::kLookAround;
-  last_heading_ = local_from_base.theta;
-  turned_rad_ = 0.0;
-}
-
-Velocity Navigator::LookAround(const Pose2& local_from_base) {
-  turned_rad_ += std::abs(WrapAngle(local_from_base.theta - last_heading_));
-  last_heading_ = local_from_base.theta;
-  const double left = 2.0 * std::numbers::pi - turned_rad_;
-  if (left < 0.1) {
-    FollowAgain(*ticked_);
-    return {};
-  }
-  status_.detail = "looking around";
-  return {0.0, follower_.TurnRate(left)};
-}
-
-Velocity Navigator::BackOut(const Pose2& local_from_base) {
-  const double gone = (local_from_base.translation() - maneuver_from_.translation()).norm();
-  const double left = kBackOutM - gone;
-  const double look = left + monitor_.StoppingDistance(kBackOutMps);
-  const ArcView view = LookAlong(surroundings_, options_.robot, local_from_base, 0.0, -1, look,
-                                 options_.follower.margin_m);
-  if (left < 0.05 || std::min(view.free_m, view.seen_m) < look) {
-    FollowAgain(*ticked_);
-    return {};
-  }
-  status_.detail = "backing out";
-  return {-kBackOutMps, 0.0};
 }
 
 void Navigator::DropRoute() {
@@ -511,7 +467,7 @@ void Navigator::Finish(NavigatorState state, const std::string& detail) {
   status_.detail = detail;
   status_.route.clear();
   DropRoute();
-  maneuver_ = Maneuver::kFollow;
+  recovery_.Stop();
 }
 
 void Navigator::ReportStop(const std::string& reason, const std::string& detail) {

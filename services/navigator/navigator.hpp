@@ -11,6 +11,7 @@
 #include "services/navigator/destination.hpp"
 #include "services/navigator/local_frame.hpp"
 #include "services/navigator/path_follower.hpp"
+#include "services/navigator/recovery.hpp"
 #include "services/navigator/route_planner.hpp"
 #include "services/navigator/safety_monitor.hpp"
 #include "services/navigator/surroundings.hpp"
@@ -61,14 +62,10 @@ class Navigator {
 
  private:
   // What it does to come free, in the order in which it is tried.
-  enum class Maneuver { kFollow, kLookAround, kBackOut };
-
   Velocity Drive(Instant now, const Pose2& local_from_base);
   Velocity FindItself(Instant now, const Pose2& local_from_base);
   void StopFindingItself(Instant now);
-  void StartLookingAround(const Pose2& local_from_base);
-  Velocity LookAround(const Pose2& local_from_base);
-  Velocity BackOut(const Pose2& local_from_base);
+  Velocity Recover(Instant now, const Pose2& local_from_base);
   void UpdateRoute(Instant now, const Pose2& map_from_base, const RouteGoal& goal);
   bool IsRouteDue(Instant now, const RouteGoal& goal) const;
   void WatchProgress(Instant now, double distance_to_go_m, const Pose2& local_from_base);
@@ -88,6 +85,7 @@ class Navigator {
   PathFollower follower_;
   SafetyMonitor monitor_;
   Surroundings surroundings_;
+  Recovery recovery_;
   LocalFrame frame_;
   Destination destination_;
   NavigatorStatus status_;
@@ -106,12 +104,6 @@ class Navigator {
   std::optional<Instant> planned_;
   bool plan_has_way_ = true;
 
-  Maneuver maneuver_ = Maneuver::kFollow;
-  int recoveries_ = 0;
-  bool is_back_first_ = false;
-  double turned_rad_ = 0.0;
-  Pose2 maneuver_from_;
-  double last_heading_ = 0.0;
   std::optional<Instant> blocked_since_;
   std::string blocked_by_;
   std::optional<Instant> moved_at_;
