@@ -29,7 +29,7 @@ struct ScanModelOptions {
   double unmapped_mean_m = 1.5;  // on average so far away where no wall is before it
   double through_wall = 0.03;    // share of rays that go on behind a wall of the plan
   // Rays meet the same things: as much as all of them together count. 1 = independent.
-  double trust = 0.25;
+  double trust = 0.12;
 };
 
 class ScanModel {

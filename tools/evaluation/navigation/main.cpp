@@ -21,7 +21,8 @@ int main(int argc, char** argv) {
   app.add_option("--perception", perception,
                  "scan: true ranges with a camera's faults; camera: pictures")
       ->check(CLI::IsMember({"scan", "camera"}));
-  app.add_option("--pose", pose, "filter: rssi_localizer's, from a known start; truth: the true one")
+  app.add_option("--pose", pose,
+                 "filter: rssi_localizer's, from a known start; truth: the true one")
       ->check(CLI::IsMember({"filter", "truth"}));
   beckon::Seeds seeds;
   beckon::AddSeedsOption(app, seeds);

@@ -94,6 +94,8 @@ class Runner {
         navigator_.OnPose(now, now.utime, world_.base().map_from_robot());
       } else if (pose) {
         navigator_.OnPose(now, now.utime, *pose);
+        const Pose2 error = world_.base().map_from_robot().Inverse() * *pose;
+        mission_.pose_error_m = std::max(mission_.pose_error_m, error.translation().norm());
       }
     }
     See(now);

@@ -36,6 +36,7 @@ struct Mission {
   double shortest_m = 0.0;  // for this footprint, to where it stopped
   double closest_m = 0.0;   // least free space around the disc
   std::string closest_to;
+  double pose_error_m = 0.0;         // of the pose that the robot took for its own, at most
   double final_distance_m = 0.0;     // from the disc's centre to the caller
   std::map<std::string, int> stops;  // how often it stopped, by reason
   int reversals = 0;  // times that it steered from one side to the other while driving

@@ -28,13 +28,14 @@ struct Summary {
   double closest_m_min = std::numeric_limits<double>::infinity();
   double time_s_median = 0.0;
   double final_distance_m_median = 0.0;
+  double pose_error_m_median = 0.0;
   std::map<std::string, int> stops;
   double reversals_per_m = 0.0;
 };
 
 Summary Summarise(const std::vector<Mission>& missions) {
   Summary summary;
-  std::vector<double> ratios, times, distances;
+  std::vector<double> ratios, times, distances, pose_errors;
   int reversals = 0;
   double path_m = 0.0;
   for (const Mission& mission : missions) {
@@ -49,6 +50,7 @@ Summary Summarise(const std::vector<Mission>& missions) {
     for (const auto& [reason, count] : mission.stops) summary.stops[reason] += count;
     reversals += mission.reversals;
     path_m += mission.path_m;
+    pose_errors.push_back(mission.pose_error_m);
     if (mission.outcome != "arrived") continue;
     ratios.push_back(mission.path_ratio());
     times.push_back(mission.time_s);
@@ -58,6 +60,7 @@ Summary Summarise(const std::vector<Mission>& missions) {
   summary.reversals_per_m = path_m > 0.0 ? reversals / path_m : 0.0;
   summary.time_s_median = Median(times);
   summary.final_distance_m_median = Median(distances);
+  summary.pose_error_m_median = Median(pose_errors);
   return summary;
 }
 
@@ -104,6 +107,7 @@ std::string MissionsAsJson(const std::vector<Mission>& missions) {
                     {"closest_m", mission.closest_m},
                     {"closest_to", mission.closest_to},
                     {"final_distance_m", mission.final_distance_m},
+                    {"pose_error_m", mission.pose_error_m},
                     {"reversals", mission.reversals},
                     {"stops", mission.stops}});
   }
@@ -118,6 +122,7 @@ std::string MissionsAsJson(const std::vector<Mission>& missions) {
                               {"closest_m_min", summary.closest_m_min},
                               {"time_s_median", summary.time_s_median},
                               {"final_distance_m_median", summary.final_distance_m_median},
+                              {"pose_error_m_median", summary.pose_error_m_median},
                               {"reversals_per_m", summary.reversals_per_m},
                               {"stops", summary.stops},
                               {"runs", runs}};
@@ -141,11 +146,13 @@ std::string MissionsAsTable(const std::vector<Mission>& missions) {
                 "%d missions: %d arrived, %d collided, %d gave up, %d unreachable, %d elsewhere, "
                 "%d timed out\n"
                 "path over shortest %.2f, time %.1f s, distance to the caller %.2f m (medians); "
-                "closest %.3f m; steering reversed %.2f times a metre\nstops:",
+                "closest %.3f m; steering reversed %.2f times a metre; pose wrong by at most %.2f "
+                "m (median)\n"
+                "stops:",
                 summary.missions, summary.arrived, summary.collided, summary.gave_up,
                 summary.unreachable, summary.elsewhere, summary.timeout, summary.path_ratio_median,
                 summary.time_s_median, summary.final_distance_m_median, summary.closest_m_min,
-                summary.reversals_per_m);
+                summary.reversals_per_m, summary.pose_error_m_median);
   std::string table = text;
   for (const auto& [reason, count] : summary.stops) {
     table += " " + reason + " " + std::to_string(count);
