@@ -1,0 +1,99 @@
+#include "tools/rssi_calibration/radio_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/csv.hpp"
+#include "services/rssi_localizer/floor_grid.hpp"
+#include "services/rssi_localizer/localizer.hpp"
+#include "services/rssi_localizer/measurement_model.hpp"
+
+namespace beckon {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+ResidualStatistics Describe(const std::vector<double>& residuals, int readings) {
+  ResidualStatistics statistics{readings, static_cast<int>(residuals.size()), kNan, kNan, kNan,
+                                kNan};
+  if (residuals.empty()) return statistics;
+  const auto n = static_cast<double>(residuals.size());
+  double sum = 0.0;
+  double squares = 0.0;
+  for (const double residual : residuals) {
+    sum += residual;
+    squares += residual * residual;
+  }
+  statistics.mean_db = sum / n;
+  statistics.sd_db =
+      std::sqrt(std::max(0.0, squares / n - statistics.mean_db * statistics.mean_db));
+  const double median = Median(residuals);
+  std::vector<double> deviations;
+  for (const double residual : residuals) deviations.push_back(std::abs(residual - median));
+  constexpr double kNormalMad = 1.4826;
+  statistics.robust_sd_db = kNormalMad * Median(deviations);
+  const auto wild = std::count_if(deviations.begin(), deviations.end(), [&](double deviation) {
+    return deviation > 3.0 * statistics.robust_sd_db;
+  });
+  statistics.wild_share = static_cast<double>(wild) / n;
+  return statistics;
+}
+
+}  // namespace
+
+RadioFit FitRadio(const std::filesystem::path& folder) {
+  RadioFit fit;
+  fit.site = Site::Load(folder);
+  const std::filesystem::path file = folder / "calibration.csv";
+  const CalibrationSet calibration =
+      CalibrationSet::Build(fit.site, LoadCalibration(file, fit.site));
+  if (calibration.samples.empty()) throw FileError(file, "holds no readings to calibrate with");
+
+  const LocalizerOptions options;
+  fit.choice = ChooseModel(fit.site, calibration, options.prior);
+  const FloorGrid grid(fit.site.plan, options.grid, {});
+  fit.path_loss = BuildFittedModel(grid, fit.site, calibration, fit.choice.parts, options.prior,
+                                   fit.choice.kernel)
+                      .path_loss;
+
+  const WallCounter walls(fit.site.plan);
+  const std::size_t beacons = fit.site.beacons.size();
+  std::vector<std::vector<double>> residuals(beacons);
+  std::vector<double> all;
+  std::vector<int> readings(beacons, 0);
+  int all_readings = 0;
+  for (const Beacon& beacon : fit.site.beacons)
+    fit.beacons.push_back({beacon.id, 0.0, kNan, kNan, {}});
+  for (const CalibrationSample& sample : calibration.samples) {
+    const auto index = static_cast<std::size_t>(sample.beacon);
+    const double crossed =
+        fit.choice.parts.walls
+            ? walls.Crossed(fit.site.beacons[index].position.head<2>(), sample.position)
+            : 0.0;
+    const double residual =
+        sample.rssi_dbm - fit.path_loss.MeanRssi(sample.beacon, sample.distance_m, crossed);
+    fit.samples.push_back({sample.beacon, sample.distance_m, sample.rssi_dbm, residual});
+    residuals[index].push_back(residual);
+    all.push_back(residual);
+    readings[index] += sample.readings;
+    all_readings += sample.readings;
+    BeaconFit& beacon = fit.beacons[index];
+    beacon.nearest_m = std::fmin(beacon.nearest_m, sample.distance_m);
+    beacon.farthest_m = std::fmax(beacon.farthest_m, sample.distance_m);
+  }
+  for (std::size_t i = 0; i < beacons; ++i) {
+    if (!fit.path_loss.offset_db.empty()) fit.beacons[i].offset_db = fit.path_loss.offset_db[i];
+    fit.beacons[i].residuals = Describe(residuals[i], readings[i]);
+  }
+  fit.residuals = Describe(all, all_readings);
+  return fit;
+}
+
+}  // namespace beckon
