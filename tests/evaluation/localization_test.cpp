@@ -14,7 +14,9 @@ namespace {
 
 using nlohmann::json;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::RunToEnd;
 using testing::SharedData;
 
@@ -29,6 +31,27 @@ TEST(ErrorSummary, IsAsDefined) {
   EXPECT_NEAR(summary.sd, 0.1 * std::sqrt((101.0 * 101.0 - 1.0) / 12.0), 1e-9);
   EXPECT_EQ(SummariseErrors({2.0}).p95, 2.0);
   EXPECT_THROW(SummariseErrors({}), std::invalid_argument);
+}
+
+TEST(ThesisTable, ShowsItsPlacesBesideItsFigures) {
+  SiteEvaluation evaluation;
+  evaluation.site = "EE2";
+  const auto errors = [](double error_m) {
+    MethodErrors method;
+    method.error_m = {error_m, error_m};
+    method.ms = {0.0, 0.0};
+    return method;
+  };
+  evaluation.methods = {{"min_max", errors(2.5)}, {"map_filtered", errors(0.5)}};
+  EXPECT_THAT(Table(evaluation), Not(HasSubstr("thesis"))) << "a real place of that name";
+  evaluation.methods.emplace_back("oracle", errors(0.4));
+  EXPECT_THAT(Table(evaluation),
+              AllOf(HasSubstr("Table 2-3 of the thesis, EE2"),
+                    ContainsRegex("map_filtered +0.50 +0.00 +0.20 +1.21 +0.49\n"),
+                    ContainsRegex("oracle +0.40 +0.00 +0.16 +- +-\n")));
+  evaluation.site = "hall";
+  EXPECT_THAT(Table(evaluation), Not(HasSubstr("thesis")));
+  EXPECT_EQ(Merge({evaluation, evaluation}).site, "hall");
 }
 
 // A room with a beacon in each corner; a tag that stands in the middle.

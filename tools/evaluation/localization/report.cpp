@@ -1,11 +1,15 @@
 #include "tools/evaluation/localization/report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <stdexcept>
+
+#include "common/text.hpp"
 
 namespace beckon {
 namespace {
@@ -30,6 +34,49 @@ double Coverage(const MethodErrors& errors) {
 double Median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return Quantile(values, 0.5);
+}
+
+// What Lin and Song report of their places; NaN where their figure is not at hand.
+struct ThesisPlace {
+  const char* site;
+  const char* table;
+  double min_max_m;
+  double map_over_min_max;  // mean error of their probability map over that of Min-Max
+};
+constexpr std::array kThesisPlaces = {
+    ThesisPlace{"EE1", "Table 2-2", 2.29, std::numeric_limits<double>::quiet_NaN()},
+    ThesisPlace{"EE2", "Table 2-3", 2.46, 0.49}, ThesisPlace{"EE3", "Table 2-4", 3.70, 0.37}};
+
+std::string Cell(double value) { return std::isnan(value) ? "       -" : Format("%8.2f", value); }
+
+// In the thesis's form, beside its own figures, for its places as simulate_site makes them; else
+// empty.
+std::string ThesisTable(const SiteEvaluation& evaluation) {
+  const auto find = [&](const char* name) {
+    return std::find_if(evaluation.methods.begin(), evaluation.methods.end(),
+                        [&](const auto& method) { return method.first == name; });
+  };
+  const auto place =
+      std::find_if(kThesisPlaces.begin(), kThesisPlaces.end(),
+                   [&](const ThesisPlace& known) { return known.site == evaluation.site; });
+  const auto min_max = find("min_max");
+  if (place == kThesisPlaces.end() || min_max == evaluation.methods.end() ||
+      find("oracle") == evaluation.methods.end()) {
+    return "";
+  }
+  std::string text = Format("\n%s of the thesis, %s\n", place->table, place->site) +
+                     "                  mean m  sd m   of Min-Max   thesis: mean m   of Min-Max\n";
+  const double reference = Mean(min_max->second.error_m);
+  for (const auto& [name, errors] : evaluation.methods) {
+    const ErrorSummary summary = SummariseErrors(errors.error_m);
+    const double ratio = name == "min_max"        ? 1.0
+                         : name == "map_filtered" ? place->map_over_min_max
+                                                  : std::numeric_limits<double>::quiet_NaN();
+    text += Format("%-16s%8.2f%6.2f%13.2f", name.c_str(), summary.mean, summary.sd,
+                   summary.mean / reference) +
+            "         " + Cell(ratio * place->min_max_m) + "     " + Cell(ratio) + "\n";
+  }
+  return text;
 }
 
 nlohmann::json JsonOf(const SiteEvaluation& evaluation) {
@@ -94,7 +141,7 @@ std::string Table(const SiteEvaluation& evaluation) {
     }
     text += '\n';
   }
-  return text;
+  return text + ThesisTable(evaluation);
 }
 
 std::string Json(const std::vector<SiteEvaluation>& sites) {
