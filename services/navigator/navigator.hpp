@@ -39,6 +39,8 @@ struct NavigatorOptions {
 class Navigator {
  public:
   Navigator(const NavigatorOptions& options, const FloorPlan& plan);
+  Navigator(const Navigator&) = delete;  // its parts know each other
+  Navigator& operator=(const Navigator&) = delete;
 
   void OnCall(Instant now, const Call& call);
   void OnLocation(Instant now, const LocatedTag& location);

@@ -7,6 +7,7 @@
 
 #include "services/navigator/destination.hpp"
 #include "services/navigator/local_frame.hpp"
+#include "services/navigator/recovery.hpp"
 #include "services/navigator/resume_file.hpp"
 #include "services/navigator/route_planner.hpp"
 #include "services/navigator/safety_monitor.hpp"
@@ -239,6 +240,67 @@ TEST(Surroundings, MayMoveAwayFromWhatItTouches) {
   surroundings.Update({}, {});
   EXPECT_LT(LookAlong(surroundings, robot, {}, 0.0, 1, 0.5, 0.05).free_m, 0.08);
   EXPECT_EQ(LookAlong(surroundings, robot, {}, 0.0, -1, 0.5, 0.05).free_m, 0.5);
+}
+
+// ---- Recovery
+
+// In a door of 0.8 m through a wall along the y axis, all floor around it seen.
+class RecoveryInADoor : public ::testing::Test {
+ protected:
+  RecoveryInADoor() {
+    SeenGrid grid;
+    grid.grid.resolution_m = 0.05;
+    grid.grid.width = grid.grid.height = 80;
+    grid.grid_from_robot = {2.0, 2.0, 0.0};
+    grid.occupancy.assign(6400, 0);
+    for (int row = 0; row < 80; ++row) {
+      const double y = grid.grid.Centre(40, row).y() - 2.0;
+      if (std::abs(y) > 0.4) grid.occupancy[static_cast<std::size_t>(row * 80 + 40)] = 200;
+    }
+    surroundings_.SetGrid({}, grid, {});
+    surroundings_.Update({}, {});
+  }
+
+  RobotOptions robot_;
+  FollowerOptions follower_options_;
+  PathFollower follower_{robot_, follower_options_};
+  SafetyMonitor monitor_{robot_, {}};
+  Surroundings surroundings_{robot_};
+  Recovery recovery_{robot_, follower_, monitor_, follower_options_.margin_m};
+};
+
+TEST_F(RecoveryInADoor, TurnsToWhereItCanBackOut) {
+  Pose2 base{0.05, 0.0, 1.2};  // straight back is a post
+  ASSERT_LT(LookAlong(surroundings_, robot_, base, 0.0, -1, 0.4, 0.04).free_m, 0.4);
+  ASSERT_TRUE(recovery_.Start(base, surroundings_));
+  EXPECT_EQ(recovery_.Description(), "backing out");
+  constexpr double kStepS = 0.05;
+  double backed_m = 0.0;
+  for (int i = 0; i < 400; ++i) {
+    const auto velocity = recovery_.Continue(base, surroundings_);
+    if (!velocity) break;
+    EXPECT_LE(velocity->linear_mps, 0.0);
+    if (velocity->linear_mps < 0.0) {
+      EXPECT_EQ(velocity->angular_radps, 0.0);
+    }
+    base.theta += kStepS * velocity->angular_radps;
+    base.x += kStepS * velocity->linear_mps * std::cos(base.theta);
+    base.y += kStepS * velocity->linear_mps * std::sin(base.theta);
+    backed_m -= kStepS * velocity->linear_mps;
+  }
+  EXPECT_FALSE(recovery_.is_active());
+  EXPECT_NEAR(backed_m, 0.4, 0.1);
+  EXPECT_GT(surroundings_.Clearance(base.translation()), robot_.radius_m);
+}
+
+TEST_F(RecoveryInADoor, AttemptsEndUntilItGetsAway) {
+  const Pose2 base{0.05, 0.0, 0.0};
+  for (int i = 0; i < 6; ++i) EXPECT_TRUE(recovery_.Start(base, surroundings_)) << i;
+  EXPECT_FALSE(recovery_.Start(base, surroundings_));
+  recovery_.NoteProgress({0.5, 0.0, 0.0});
+  EXPECT_FALSE(recovery_.Start(base, surroundings_));
+  recovery_.NoteProgress({0.8, 0.0, 0.0});
+  EXPECT_TRUE(recovery_.Start(base, surroundings_));
 }
 
 // ---- SafetyMonitor
