@@ -260,27 +260,31 @@ ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration,
   ModelParts parts{
       .offsets = false, .walls = false, .residual_map = false, .bodies = true, .histogram = false};
   Judgement best = judge.Of(parts, {kAll});
-  const auto keep_if_better = [&](const ModelParts& candidate, const std::vector<int>& strongest) {
+  const auto keep_if_better = [&](const std::string& what, const ModelParts& candidate,
+                                  const std::vector<int>& strongest) {
     const Judgement judgement = judge.Of(candidate, strongest);
     const Gain gain = GainOver(best, judgement);
-    if (gain.mean < std::max(kLeastGain, gain.standard_error)) return;
+    const bool kept = gain.mean >= std::max(kLeastGain, gain.standard_error);
+    choice.trials.push_back({what, gain.mean, gain.standard_error, kept});
+    if (!kept) return;
     best = judgement;
     parts = candidate;
   };
   // What explains most comes first, so that the rest is not added for what it would explain better.
-  std::vector<bool ModelParts::*> order = {&ModelParts::residual_map, &ModelParts::offsets};
-  if (WallCounter(site.plan).has_walls()) order.push_back(&ModelParts::walls);
-  order.push_back(&ModelParts::histogram);
-  for (bool ModelParts::*const part : order) {
+  std::vector<std::pair<std::string, bool ModelParts::*>> order = {
+      {"residual map", &ModelParts::residual_map}, {"offsets", &ModelParts::offsets}};
+  if (WallCounter(site.plan).has_walls()) order.emplace_back("walls", &ModelParts::walls);
+  order.emplace_back("histogram", &ModelParts::histogram);
+  for (const auto& [what, part] : order) {
     ModelParts candidate = parts;
     candidate.*part = true;
-    keep_if_better(candidate, {kAll});
+    keep_if_better(what, candidate, {kAll});
   }
-  keep_if_better(parts, {4, 6, 8, 12});
+  keep_if_better("only the strongest readings", parts, {4, 6, 8, 12});
   // Presumed, as calibration is often done by one person who keeps out of the way.
   ModelParts alone = parts;
   alone.bodies = false;
-  keep_if_better(alone, {best.trust.strongest});
+  keep_if_better("no bodies in the way", alone, {best.trust.strongest});
 
   choice.parts = parts;
   choice.trust = best.trust;

@@ -4,10 +4,20 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "services/rssi_localizer/measurement_model.hpp"
 
 namespace beckon {
+
+// Something that was tried, and what it gained in log score per held-back epoch over the model
+// without it.
+struct Trial {
+  std::string what;
+  double gain = 0.0;
+  double standard_error = 0.0;
+  bool kept = false;
+};
 
 struct ModelChoice {
   ModelParts parts{.offsets = true, .walls = false, .residual_map = false, .histogram = true};
@@ -16,6 +26,7 @@ struct ModelChoice {
   int held_back_epochs = 0;          // that were judged; 0: there was nothing to judge by
   double held_back_error_m = 0.0;    // their mean error
   double held_back_log_score = 0.0;  // mean log probability density at the true place, per m^2
+  std::vector<Trial> trials;         // in the order in which they were made
 
   std::string Describe() const;
 };

@@ -36,6 +36,10 @@ std::string RadioFitAsTable(const RadioFit& fit) {
                      Format("\npath loss      %.1f dBm at 1 m, exponent %.2f, spread %.1f dB",
                             loss.rssi_at_1m_dbm, loss.exponent, loss.sd_db);
   if (fit.choice.parts.walls) text += Format(", %.1f dB for each wall", loss.wall_db);
+  for (const Trial& trial : fit.choice.trials) {
+    text += Format("\ntried          %s: %+.3f +- %.3f, %s", trial.what.c_str(), trial.gain,
+                   trial.standard_error, trial.kept ? "kept" : "left out");
+  }
   text +=
       "\n\nbeacon       readings  samples    offset      heard from    residual mean, sd, robust "
       "sd, wild\n";
@@ -73,8 +77,16 @@ std::string RadioFitAsJson(const RadioFit& fit) {
                        {"farthest_m", beacon.farthest_m},
                        {"residuals", JsonOf(beacon.residuals)}});
   }
+  nlohmann::json tried = nlohmann::json::array();
+  for (const Trial& trial : fit.choice.trials) {
+    tried.push_back({{"what", trial.what},
+                     {"gain", trial.gain},
+                     {"standard_error", trial.standard_error},
+                     {"kept", trial.kept}});
+  }
   const nlohmann::json all = {{"site", fit.site.name},
                               {"model", fit.choice.parts.Describe()},
+                              {"tried", tried},
                               {"temper", fit.choice.trust.temper},
                               {"held_back_epochs", fit.choice.held_back_epochs},
                               {"held_back_error_m", fit.choice.held_back_error_m},
