@@ -35,7 +35,7 @@ SiteModel SiteModel::Fit(const Site& site, const std::vector<CalibrationReading>
   std::vector<Eigen::Vector2d> walked;
   for (const CalibrationSample& sample : calibration.samples) walked.push_back(sample.position);
   FloorGrid grid(site.plan, options.grid, walked);
-  const ModelChoice choice = Choose(site, calibration, options);
+  ModelChoice choice = Choose(site, calibration, options);
   FittedModel fitted =
       BuildFittedModel(grid, site, calibration, choice.parts, options.prior, choice.kernel);
   std::string description = choice.Describe();
@@ -49,8 +49,13 @@ SiteModel SiteModel::Fit(const Site& site, const std::vector<CalibrationReading>
     representatives.push_back(block.representative);
   }
   MeasurementModel block_model = fitted.model.Restricted(representatives);
-  return {site,         std::move(grid),  std::move(fitted.model), std::move(block_model),
-          choice.trust, fitted.path_loss, std::move(description)};
+  return {site,
+          std::move(grid),
+          std::move(fitted.model),
+          std::move(block_model),
+          std::move(choice),
+          fitted.path_loss,
+          std::move(description)};
 }
 
 Heard MeanPerBeacon(const std::vector<BeaconReading>& readings) {
@@ -112,11 +117,11 @@ void TagTracker::AddSlice(const std::vector<BeaconReading>& slice, Utime utime) 
   for (const auto& [beacon, last] : last_) {
     if (last.utime > begin) in_window.emplace_back(beacon, last.rssi_dbm);
   }
-  const double least_rssi = LeastUsedRssi(in_window, model_.trust);
+  const double least_rssi = LeastUsedRssi(in_window, model_.choice.trust);
   const auto for_each_used = [&](const auto& use) {
     for (std::size_t i = 0; i < heard.size(); ++i) {
       const auto& [beacon, rssi] = heard[i];
-      if (rssi >= least_rssi) use(beacon, rssi, model_.trust.temper * weight[i]);
+      if (rssi >= least_rssi) use(beacon, rssi, model_.choice.trust.temper * weight[i]);
     }
   };
   tracker_.Update(
@@ -201,7 +206,8 @@ void Localizer::Locate(const std::string& name, Tag& tag, Utime utime) {
     tag.tracker->Advance(std::move(tag.pending), utime);
     location.posterior = tag.tracker->posterior();
   } else if (!heard.empty()) {
-    CellValues probability = LogLikelihood(model_.model, heard, model_.trust, model_.grid.size());
+    CellValues probability =
+        LogLikelihood(model_.model, heard, model_.choice.trust, model_.grid.size());
     NormaliseLog(probability);
     location.posterior = SparsePosterior::From(std::move(probability));
   }

@@ -41,7 +41,7 @@ struct SiteModel {
   FloorGrid grid;
   MeasurementModel model;
   MeasurementModel block_model;  // at the representatives of the grid's blocks
-  Trust trust;
+  ModelChoice choice;
   PathLoss path_loss;
   std::string description;  // of the model, for a person
 

@@ -57,12 +57,6 @@ TEST(CompareRanges, SortsRangesByHowTheyErr) {
               ::testing::Pointwise(::testing::DoubleNear(1e-6), {0.0, 0.1, 0.25, -0.25}));
 }
 
-TEST(Quantile, InterpolatesBetweenValues) {
-  EXPECT_DOUBLE_EQ(Quantile({4.0, 1.0, 3.0, 2.0}, 0.5), 2.5);
-  EXPECT_DOUBLE_EQ(Quantile({4.0, 1.0, 3.0, 2.0}, 1.0), 4.0);
-  EXPECT_TRUE(std::isnan(Quantile({}, 0.5)));
-}
-
 // A camera 0.5 m up; three frames in a row would be needed for a score, so frames are added by
 // hand.
 Sequence ShortSequence() {

@@ -5,44 +5,29 @@
 #include <limits>
 
 #include "common/csv.hpp"
-#include "services/rssi_localizer/floor_grid.hpp"
+#include "common/statistics.hpp"
 #include "services/rssi_localizer/localizer.hpp"
-#include "services/rssi_localizer/measurement_model.hpp"
 
 namespace beckon {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 ResidualStatistics Describe(const std::vector<double>& residuals, int readings) {
   ResidualStatistics statistics{readings, static_cast<int>(residuals.size()), kNan, kNan, kNan,
                                 kNan};
   if (residuals.empty()) return statistics;
-  const auto n = static_cast<double>(residuals.size());
-  double sum = 0.0;
-  double squares = 0.0;
-  for (const double residual : residuals) {
-    sum += residual;
-    squares += residual * residual;
-  }
-  statistics.mean_db = sum / n;
-  statistics.sd_db =
-      std::sqrt(std::max(0.0, squares / n - statistics.mean_db * statistics.mean_db));
-  const double median = Median(residuals);
+  statistics.mean_db = Mean(residuals);
+  statistics.sd_db = StandardDeviation(residuals);
+  const double median = Quantile(residuals, 0.5);
   std::vector<double> deviations;
   for (const double residual : residuals) deviations.push_back(std::abs(residual - median));
   constexpr double kNormalMad = 1.4826;
-  statistics.robust_sd_db = kNormalMad * Median(deviations);
+  statistics.robust_sd_db = kNormalMad * Quantile(deviations, 0.5);
   const auto wild = std::count_if(deviations.begin(), deviations.end(), [&](double deviation) {
     return deviation > 3.0 * statistics.robust_sd_db;
   });
-  statistics.wild_share = static_cast<double>(wild) / n;
+  statistics.wild_share = static_cast<double>(wild) / static_cast<double>(residuals.size());
   return statistics;
 }
 
@@ -52,23 +37,20 @@ RadioFit FitRadio(const std::filesystem::path& folder) {
   RadioFit fit;
   fit.site = Site::Load(folder);
   const std::filesystem::path file = folder / "calibration.csv";
-  const CalibrationSet calibration =
-      CalibrationSet::Build(fit.site, LoadCalibration(file, fit.site));
+  const std::vector<CalibrationReading> readings = LoadCalibration(file, fit.site);
+  const CalibrationSet calibration = CalibrationSet::Build(fit.site, readings);
   if (calibration.samples.empty()) throw FileError(file, "holds no readings to calibrate with");
 
-  const LocalizerOptions options;
-  fit.choice = ChooseModel(fit.site, calibration, options.prior);
-  const FloorGrid grid(fit.site.plan, options.grid, {});
-  fit.path_loss = BuildFittedModel(grid, fit.site, calibration, fit.choice.parts, options.prior,
-                                   fit.choice.kernel)
-                      .path_loss;
+  const SiteModel model = SiteModel::Fit(fit.site, readings, {});
+  fit.choice = model.choice;
+  fit.path_loss = model.path_loss;
 
   const WallCounter walls(fit.site.plan);
   const std::size_t beacons = fit.site.beacons.size();
   std::vector<std::vector<double>> residuals(beacons);
   std::vector<double> all;
-  std::vector<int> readings(beacons, 0);
-  int all_readings = 0;
+  std::vector<int> counts(beacons, 0);
+  int all_counts = 0;
   for (const Beacon& beacon : fit.site.beacons)
     fit.beacons.push_back({beacon.id, 0.0, kNan, kNan, {}});
   for (const CalibrationSample& sample : calibration.samples) {
@@ -79,20 +61,20 @@ RadioFit FitRadio(const std::filesystem::path& folder) {
             : 0.0;
     const double residual =
         sample.rssi_dbm - fit.path_loss.MeanRssi(sample.beacon, sample.distance_m, crossed);
-    fit.samples.push_back({sample.beacon, sample.distance_m, sample.rssi_dbm, residual});
+    fit.samples.push_back({sample.beacon, sample.distance_m, residual});
     residuals[index].push_back(residual);
     all.push_back(residual);
-    readings[index] += sample.readings;
-    all_readings += sample.readings;
+    counts[index] += sample.readings;
+    all_counts += sample.readings;
     BeaconFit& beacon = fit.beacons[index];
     beacon.nearest_m = std::fmin(beacon.nearest_m, sample.distance_m);
     beacon.farthest_m = std::fmax(beacon.farthest_m, sample.distance_m);
   }
   for (std::size_t i = 0; i < beacons; ++i) {
     if (!fit.path_loss.offset_db.empty()) fit.beacons[i].offset_db = fit.path_loss.offset_db[i];
-    fit.beacons[i].residuals = Describe(residuals[i], readings[i]);
+    fit.beacons[i].residuals = Describe(residuals[i], counts[i]);
   }
-  fit.residuals = Describe(all, all_readings);
+  fit.residuals = Describe(all, all_counts);
   return fit;
 }
 

@@ -31,11 +31,10 @@ struct BeaconFit {
   ResidualStatistics residuals;
 };
 
-// One sample, for drawing.
+// One sample, measured minus expected.
 struct FittedSample {
   int beacon = 0;  // index in the site
   double distance_m = 0.0;
-  double rssi_dbm = 0.0;
   double residual_db = 0.0;
 };
 

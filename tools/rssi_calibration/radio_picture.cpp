@@ -33,6 +33,11 @@ cv::Scalar ColourOf(int beacon, int beacons) {
           static_cast<double>(colour[2])};
 }
 
+// As it would be had its beacon the common power, and no wall been in the way.
+double FreedRssi(const RadioFit& fit, const FittedSample& sample) {
+  return fit.path_loss.MeanRssi(sample.distance_m) + sample.residual_db;
+}
+
 // Distances run logarithmically from left to right, powers upwards.
 struct Axes {
   double nearest_m, farthest_m, weakest_dbm, strongest_dbm;
@@ -42,8 +47,8 @@ struct Axes {
     for (const FittedSample& sample : fit.samples) {
       nearest_m = std::min(nearest_m, sample.distance_m);
       farthest_m = std::max(farthest_m, sample.distance_m);
-      weakest_dbm = std::min(weakest_dbm, sample.rssi_dbm);
-      strongest_dbm = std::max(strongest_dbm, sample.rssi_dbm);
+      weakest_dbm = std::min(weakest_dbm, FreedRssi(fit, sample));
+      strongest_dbm = std::max(strongest_dbm, FreedRssi(fit, sample));
     }
     weakest_dbm = 10.0 * std::floor(weakest_dbm / 10.0);
     strongest_dbm = 10.0 * std::ceil(strongest_dbm / 10.0);
@@ -100,9 +105,7 @@ cv::Mat DrawRadioFit(const RadioFit& fit) {
   DrawAxes(axes, picture);
   const int beacons = static_cast<int>(fit.beacons.size());
   for (const FittedSample& sample : fit.samples) {
-    const double freed = loss.MeanRssi(sample.distance_m) + sample.residual_db;
-    const cv::Point at(axes.Column(sample.distance_m), axes.Row(freed));
-    if (!kPlot.contains(at)) continue;
+    const cv::Point at(axes.Column(sample.distance_m), axes.Row(FreedRssi(fit, sample)));
     cv::circle(picture, at, 2, ColourOf(sample.beacon, beacons), cv::FILLED, cv::LINE_AA);
   }
   for (int column = kPlot.x; column + 1 < kPlot.x + kPlot.width; ++column) {

@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "common/label_runs.hpp"
+#include "common/statistics.hpp"
 #include "services/ground_detector/mean_shift.hpp"
 #include "tools/evaluation/ground/scoring.hpp"
 

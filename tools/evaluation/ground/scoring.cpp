@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
+
+#include "common/statistics.hpp"
 
 namespace beckon {
 namespace {
@@ -12,11 +13,6 @@ namespace {
 double Share(std::int64_t part, std::int64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole)
                    : std::numeric_limits<double>::quiet_NaN();
-}
-
-double Mean(const std::vector<double>& values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 RayCasterOptions FineRays() {
@@ -29,15 +25,6 @@ RayCasterOptions FineRays() {
 }
 
 }  // namespace
-
-double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  const double place = share * static_cast<double>(values.size() - 1);
-  const auto lower = static_cast<std::size_t>(place);
-  const std::size_t upper = std::min(lower + 1, values.size() - 1);
-  return std::lerp(values[lower], values[upper], place - static_cast<double>(lower));
-}
 
 void PixelCounts::Add(const PixelCounts& other) {
   judged += other.judged;

@@ -88,7 +88,4 @@ class GroundScorer {
   std::map<std::string, std::vector<double>> stage_ms_;
 };
 
-// The value below which a share of the values lie, by linear interpolation; NaN for none.
-double Quantile(std::vector<double> values, double share);
-
 }  // namespace beckon

@@ -117,7 +117,7 @@ class Evaluation {
     for (std::size_t i = 0; i < truth_.size(); ++i) {
       const Stopwatch stopwatch;
       CellValues probability =
-          LogLikelihood(model.model, heard_[i], model.trust, model.grid.size());
+          LogLikelihood(model.model, heard_[i], model.choice.trust, model.grid.size());
       NormaliseLog(probability);
       const Estimate estimate = Summarise(model.grid, probability);
       errors.ms.push_back(stopwatch.Milliseconds());
@@ -196,14 +196,19 @@ void MethodErrors::Append(const MethodErrors& other) {
   append(log_score, other.log_score);
 }
 
+const MethodErrors* SiteEvaluation::Find(const std::string& name) const {
+  for (const auto& [method, errors] : methods) {
+    if (method == name) return &errors;
+  }
+  return nullptr;
+}
+
 SiteEvaluation Merge(const std::vector<SiteEvaluation>& sites) {
   SiteEvaluation all;
   // One simulated place whose readings were made again and again is still that place.
   const bool is_one_place =
       std::all_of(sites.begin(), sites.end(), [&](const SiteEvaluation& site) {
-        return site.site == sites.front().site &&
-               std::any_of(site.methods.begin(), site.methods.end(),
-                           [](const auto& method) { return method.first == "oracle"; });
+        return site.site == sites.front().site && site.is_simulated();
       });
   all.site = is_one_place ? sites.front().site : "all sites";
   for (const SiteEvaluation& site : sites) {

@@ -31,6 +31,11 @@ struct SiteEvaluation {
   int silent_epochs = 0;  // epochs with no reading in the window
   std::string model;      // what the filtered map consists of, as chosen on held-back readings
   std::vector<std::pair<std::string, MethodErrors>> methods;  // in the order of the table
+
+  // Null for a method that was not run.
+  const MethodErrors* Find(const std::string& name) const;
+  // Whether it is known how the readings were made.
+  bool is_simulated() const { return Find("oracle") != nullptr; }
 };
 
 struct EvaluationOptions {

@@ -6,34 +6,17 @@
 #include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <stdexcept>
 
+#include "common/statistics.hpp"
 #include "common/text.hpp"
 
 namespace beckon {
 namespace {
 
-double Quantile(const std::vector<double>& sorted, double q) {
-  const double at = q * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(at);
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  const double fraction = at - static_cast<double>(below);
-  return (1.0 - fraction) * sorted[below] + fraction * sorted[above];
-}
-
-double Mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
 double Coverage(const MethodErrors& errors) {
   return static_cast<double>(std::count(errors.inside_90.begin(), errors.inside_90.end(), 1)) /
          static_cast<double>(errors.inside_90.size());
-}
-
-double Median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return Quantile(values, 0.5);
 }
 
 // What Lin and Song report of their places; NaN where their figure is not at hand.
@@ -52,21 +35,14 @@ std::string Cell(double value) { return std::isnan(value) ? "       -" : Format(
 // In the thesis's form, beside its own figures, for its places as simulate_site makes them; else
 // empty.
 std::string ThesisTable(const SiteEvaluation& evaluation) {
-  const auto find = [&](const char* name) {
-    return std::find_if(evaluation.methods.begin(), evaluation.methods.end(),
-                        [&](const auto& method) { return method.first == name; });
-  };
   const auto place =
       std::find_if(kThesisPlaces.begin(), kThesisPlaces.end(),
                    [&](const ThesisPlace& known) { return known.site == evaluation.site; });
-  const auto min_max = find("min_max");
-  if (place == kThesisPlaces.end() || min_max == evaluation.methods.end() ||
-      find("oracle") == evaluation.methods.end()) {
-    return "";
-  }
+  const MethodErrors* const min_max = evaluation.Find("min_max");
+  if (place == kThesisPlaces.end() || !min_max || !evaluation.is_simulated()) return "";
   std::string text = Format("\n%s of the thesis, %s\n", place->table, place->site) +
                      "                  mean m  sd m   of Min-Max   thesis: mean m   of Min-Max\n";
-  const double reference = Mean(min_max->second.error_m);
+  const double reference = Mean(min_max->error_m);
   for (const auto& [name, errors] : evaluation.methods) {
     const ErrorSummary summary = SummariseErrors(errors.error_m);
     const double ratio = name == "min_max"        ? 1.0
@@ -88,7 +64,7 @@ nlohmann::json JsonOf(const SiteEvaluation& evaluation) {
                              {"sd", summary.sd},     {"ms", Mean(errors.ms)}};
     if (!errors.inside_90.empty()) {
       method["coverage_90"] = Coverage(errors);
-      method["area_90_m2"] = Median(errors.area_90_m2);
+      method["area_90_m2"] = Quantile(errors.area_90_m2, 0.5);
       method["log_score"] = Mean(errors.log_score);
     }
     methods[name] = std::move(method);
@@ -102,18 +78,10 @@ nlohmann::json JsonOf(const SiteEvaluation& evaluation) {
 
 }  // namespace
 
-ErrorSummary SummariseErrors(std::vector<double> errors) {
+ErrorSummary SummariseErrors(const std::vector<double>& errors) {
   if (errors.empty()) throw std::invalid_argument("no errors to summarise");
-  std::sort(errors.begin(), errors.end());
-  ErrorSummary summary;
-  summary.mean = Mean(errors);
-  summary.median = Quantile(errors, 0.5);
-  summary.p95 = Quantile(errors, 0.95);
-  summary.max = errors.back();
-  double squares = 0.0;
-  for (const double error : errors) squares += (error - summary.mean) * (error - summary.mean);
-  summary.sd = std::sqrt(squares / static_cast<double>(errors.size()));
-  return summary;
+  return {Mean(errors), Quantile(errors, 0.5), Quantile(errors, 0.95), Quantile(errors, 1.0),
+          StandardDeviation(errors)};
 }
 
 std::string Table(const SiteEvaluation& evaluation) {
@@ -136,7 +104,7 @@ std::string Table(const SiteEvaluation& evaluation) {
     text += line;
     if (!errors.inside_90.empty()) {
       std::snprintf(line, sizeof line, " %14.3f %11.1f %11.3f", Coverage(errors),
-                    Median(errors.area_90_m2), Mean(errors.log_score));
+                    Quantile(errors.area_90_m2, 0.5), Mean(errors.log_score));
       text += line;
     }
     text += '\n';

@@ -16,7 +16,7 @@ struct ErrorSummary {
   double sd = 0.0;
 };
 // Of at least one value. Quantiles interpolate linearly between the two nearest values.
-ErrorSummary SummariseErrors(std::vector<double> errors);
+ErrorSummary SummariseErrors(const std::vector<double>& errors);
 
 std::string Table(const SiteEvaluation& evaluation);
 

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
+#include "common/statistics.hpp"
 #include "tools/simulation/solids.hpp"
 
 namespace beckon {
@@ -15,10 +16,7 @@ namespace {
 
 double Median(std::vector<double> values) {
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+  return Quantile(std::move(values), 0.5);
 }
 
 struct Summary {

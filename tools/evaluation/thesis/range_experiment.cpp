@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "common/statistics.hpp"
 #include "services/ground_detector/overlay.hpp"
 #include "services/range_caster/ray_caster.hpp"
 #include "tools/evaluation/thesis/robot_eye.hpp"
