@@ -107,7 +107,6 @@ class Navigator {
   bool plan_has_way_ = true;
 
   std::optional<Instant> blocked_since_;
-  std::string blocked_by_;
   std::optional<Instant> moved_at_;
   Pose2 moved_from_;
   double nearest_to_go_m_ = 0.0;

@@ -133,7 +133,7 @@ std::optional<double> PathFollower::FreeArc(const Eigen::Vector2d& target,
     if (distance >= nearest) continue;
     const ArcView view = LookAlong(surroundings, robot_, local_from_base, curvature, 1,
                                    kDetourM + options_.margin_m, options_.margin_m);
-    if (std::min(view.free_m, view.seen_m) < kDetourM + options_.margin_m) continue;
+    if (view.Passable() < kDetourM + options_.margin_m) continue;
     nearest = distance;
     best = curvature;
   }

@@ -1,6 +1,5 @@
 #include "services/navigator/recovery.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -87,9 +86,8 @@ std::optional<Velocity> Recovery::BackOut(const Pose2& local_from_base,
 
 double Recovery::FreeBehind(const Pose2& local_from_base, const Surroundings& surroundings,
                             double distance_m) const {
-  const ArcView view =
-      LookAlong(surroundings, robot_, local_from_base, 0.0, -1, distance_m, margin_m_);
-  return std::min(view.free_m, view.seen_m);
+  return LookAlong(surroundings, robot_, local_from_base, 0.0, -1, distance_m, margin_m_)
+      .Passable();
 }
 
 // Between the posts of a door there may be no way straight back, but one a little aside: a disc can

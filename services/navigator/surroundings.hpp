@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -91,6 +92,8 @@ struct ArcView {
   double seen_m = 0.0;  // that it can go before any of it reaches floor that was not seen
   std::optional<Eigen::Vector2d> unseen;  // the first such floor, local frame
   double clearance_m = 0.0;  // least distance of the disc's edge to an obstacle on the way
+  // That it can go over seen floor without touching anything.
+  double Passable() const { return std::min(free_m, seen_m); }
 };
 // Follows the arc for `length_m`. `curvature_per_m`: positive to the left; `direction` +1 ahead, -1
 // back. The disc is taken `margin_m` larger, but may always move away from what it is already near

@@ -26,7 +26,7 @@ std::optional<Eigen::Vector2d> Wanderer::NextPlace(const Pose2& local_from_base,
     const Pose2 turned = local_from_base * Pose2{0.0, 0.0, turn};
     const ArcView view =
         LookAlong(surroundings, robot_, turned, 0.0, 1, kLongestM + kKeepM, margin_m_);
-    const double way = std::min(view.free_m, view.seen_m) - kKeepM;
+    const double way = view.Passable() - kKeepM;
     if (way < kShortestM) continue;
     const Eigen::Vector2d place = turned * Eigen::Vector2d(way, 0.0);
     double from_known_m = std::numeric_limits<double>::infinity();

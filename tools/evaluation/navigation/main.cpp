@@ -1,6 +1,7 @@
 // evaluate_navigation: missions in random furnished flats, faster than real time.
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <map>
 #include <string>
 
 #include "common/log.hpp"
@@ -9,6 +10,11 @@
 
 int main(int argc, char** argv) {
   CLI::App app("Missions in random furnished flats: one a seed.", "evaluate_navigation");
+  const std::map<std::string, beckon::Scenario> scenarios = {
+      {"flat", beckon::Scenario::kFlat},
+      {"demo", beckon::Scenario::kDemo},
+      {"door", beckon::Scenario::kDoor},
+      {"step-in", beckon::Scenario::kStepIn}};
   std::string scenario = "flat";
   std::string perception = "scan";
   std::string pose = "filter";
@@ -17,7 +23,7 @@ int main(int argc, char** argv) {
   app.add_option("--scenario", scenario,
                  "flat: random furnished flats; demo: those of tools/demo; door: through 0.8 m; "
                  "step-in: somebody steps in")
-      ->check(CLI::IsMember({"flat", "demo", "door", "step-in"}));
+      ->check(CLI::IsMember(scenarios));
   app.add_option("--perception", perception,
                  "scan: true ranges with a camera's faults; camera: pictures")
       ->check(CLI::IsMember({"scan", "camera"}));
@@ -33,11 +39,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  beckon::MissionOptions options =
-      beckon::DefaultMissionOptions(scenario == "demo"      ? beckon::Scenario::kDemo
-                                    : scenario == "door"    ? beckon::Scenario::kDoor
-                                    : scenario == "step-in" ? beckon::Scenario::kStepIn
-                                                            : beckon::Scenario::kFlat);
+  beckon::MissionOptions options = beckon::DefaultMissionOptions(scenarios.at(scenario));
   options.use_camera = perception == "camera";
   options.use_true_pose = pose == "truth";
   beckon::StartLogging("evaluate_navigation", beckon::LogLevel::kWarning);
