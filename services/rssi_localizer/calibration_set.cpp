@@ -9,30 +9,33 @@ namespace beckon {
 namespace {
 
 struct Mean {
-  double rssi = 0.0;
+  RssiMean rssi;
   Eigen::Vector2d position = Eigen::Vector2d::Zero();
-  int count = 0;
 };
 
 void CloseWindow(const Site& site, std::map<int, Mean>& window, Utime utime, int tag,
-                 const Eigen::Vector2d& position, CalibrationSet& set) {
+                 CalibrationSet& set) {
   if (window.empty()) return;
   const int epoch = static_cast<int>(set.epochs.size());
   CalibrationEpoch& added = set.epochs.emplace_back();
   added.utime = utime;
   added.tag = tag;
-  added.position = position;
+  int readings = 0;
   for (const auto& [beacon, mean] : window) {
+    const int count = mean.rssi.count();
+    added.position += mean.position;
+    readings += count;
     CalibrationSample& sample = set.samples.emplace_back();
     sample.beacon = beacon;
-    sample.rssi_dbm = mean.rssi / mean.count;
-    sample.position = mean.position / mean.count;
+    sample.rssi_dbm = mean.rssi.rssi_dbm();
+    sample.position = mean.position / count;
     sample.distance_m = BeaconDistance(site.beacons[static_cast<std::size_t>(beacon)],
                                        site.tag_height_m, sample.position);
-    sample.readings = mean.count;
+    sample.readings = count;
     sample.epoch = epoch;
     added.heard.emplace_back(beacon, sample.rssi_dbm);
   }
+  added.position /= readings;
   window.clear();
 }
 
@@ -50,13 +53,24 @@ void WeighByPlace(std::vector<CalibrationSample>& samples) {
 
 }  // namespace
 
+void RssiMean::Add(double rssi_dbm) {
+  sum_ += averaging_ == Averaging::kPower ? std::pow(10.0, 0.1 * rssi_dbm) : rssi_dbm;
+  ++count_;
+}
+
+double RssiMean::rssi_dbm() const {
+  const double mean = sum_ / count_;
+  return averaging_ == Averaging::kPower ? 10.0 * std::log10(mean) : mean;
+}
+
 double BeaconDistance(const Beacon& beacon, double tag_height_m, const Eigen::Vector2d& position) {
   const Eigen::Vector3d tag(position.x(), position.y(), tag_height_m);
   return std::max(kMinDistanceM, (beacon.position - tag).norm());
 }
 
 CalibrationSet CalibrationSet::Build(const Site& site,
-                                     const std::vector<CalibrationReading>& readings) {
+                                     const std::vector<CalibrationReading>& readings,
+                                     Averaging averaging) {
   std::map<std::string, std::vector<const CalibrationReading*>> by_tag;
   for (const CalibrationReading& reading : readings) {
     if (IsPlausibleRssi(reading.reading.rssi_dbm)) by_tag[reading.reading.tag].push_back(&reading);
@@ -80,16 +94,15 @@ CalibrationSet CalibrationSet::Build(const Site& site,
       const auto beacon = beacon_index.find(reading->reading.beacon);
       if (beacon == beacon_index.end()) continue;
       if (!last || reading->reading.utime >= window_end) {
-        if (last) CloseWindow(site, window, last->reading.utime, tag_number, last->position, set);
+        if (last) CloseWindow(site, window, last->reading.utime, tag_number, set);
         window_end = reading->reading.utime + window_us;
       }
-      Mean& mean = window[beacon->second];
-      mean.rssi += reading->reading.rssi_dbm;
+      Mean& mean = window.try_emplace(beacon->second, Mean{RssiMean(averaging)}).first->second;
+      mean.rssi.Add(reading->reading.rssi_dbm);
       mean.position += reading->position;
-      ++mean.count;
       last = reading;
     }
-    if (last) CloseWindow(site, window, last->reading.utime, tag_number, last->position, set);
+    if (last) CloseWindow(site, window, last->reading.utime, tag_number, set);
     ++tag_number;
   }
   WeighByPlace(set.samples);

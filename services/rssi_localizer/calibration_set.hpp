@@ -16,6 +16,24 @@ inline constexpr double kMinDistanceM = 0.3;
 // Length of the line from the beacon to a tag at the site's tag height above `position`, m.
 double BeaconDistance(const Beacon& beacon, double tag_height_m, const Eigen::Vector2d& position);
 
+// How several readings of one beacon in one window become one. Fading that is Rayleigh or near it
+// is evened out best by the mean power (as the maximum-likelihood estimate), fading that is normal
+// in dB by the mean in dB.
+enum class Averaging { kPower, kDecibels };
+
+class RssiMean {
+ public:
+  explicit RssiMean(Averaging averaging) : averaging_(averaging) {}
+  void Add(double rssi_dbm);
+  double rssi_dbm() const;  // of at least one
+  int count() const { return count_; }
+
+ private:
+  Averaging averaging_;
+  double sum_ = 0.0;  // dBm or mW
+  int count_ = 0;
+};
+
 // What one tag heard in one window: (index of the beacon in the site, mean RSSI in dBm), one per
 // beacon.
 using Heard = std::vector<std::pair<int, double>>;
@@ -35,7 +53,7 @@ struct CalibrationSample {
 struct CalibrationEpoch {
   Utime utime = 0;
   int tag = 0;                                         // running number
-  Eigen::Vector2d position = Eigen::Vector2d::Zero();  // at the end of the window, m, map frame
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  // mean over its readings, m, map frame
   Heard heard;
 };
 
@@ -46,7 +64,8 @@ struct CalibrationSet {
   std::vector<CalibrationEpoch> epochs;
 
   // Implausible RSSI values are left out.
-  static CalibrationSet Build(const Site& site, const std::vector<CalibrationReading>& readings);
+  static CalibrationSet Build(const Site& site, const std::vector<CalibrationReading>& readings,
+                              Averaging averaging);
 
   // The samples for which `keep` is true; epochs stay as they are.
   CalibrationSet Keeping(const std::function<bool(const CalibrationSample&)>& keep) const;

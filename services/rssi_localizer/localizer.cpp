@@ -16,7 +16,7 @@ std::chrono::microseconds Microseconds(double seconds) {
   return std::chrono::microseconds(UtimeFromSeconds(seconds));
 }
 
-ModelChoice Choose(const Site& site, const CalibrationSet& calibration,
+ModelChoice Choose(const Site& site, const std::vector<CalibrationReading>& calibration,
                    const LocalizerOptions& options) {
   if (options.model == MeasurementModelKind::kMapFiltered) {
     return ChooseModel(site, calibration, options.prior);
@@ -31,11 +31,11 @@ ModelChoice Choose(const Site& site, const CalibrationSet& calibration,
 
 SiteModel SiteModel::Fit(const Site& site, const std::vector<CalibrationReading>& readings,
                          const LocalizerOptions& options) {
-  const CalibrationSet calibration = CalibrationSet::Build(site, readings);
+  ModelChoice choice = Choose(site, readings, options);
+  const CalibrationSet calibration = CalibrationSet::Build(site, readings, choice.averaging);
   std::vector<Eigen::Vector2d> walked;
   for (const CalibrationSample& sample : calibration.samples) walked.push_back(sample.position);
   FloorGrid grid(site.plan, options.grid, walked);
-  ModelChoice choice = Choose(site, calibration, options);
   FittedModel fitted =
       BuildFittedModel(grid, site, calibration, choice.parts, options.prior, choice.kernel);
   std::string description = choice.Describe();
@@ -58,15 +58,13 @@ SiteModel SiteModel::Fit(const Site& site, const std::vector<CalibrationReading>
           std::move(description)};
 }
 
-Heard MeanPerBeacon(const std::vector<BeaconReading>& readings) {
-  std::map<int, std::pair<double, int>> sums;
+Heard MeanPerBeacon(const std::vector<BeaconReading>& readings, Averaging averaging) {
+  std::map<int, RssiMean> means;
   for (const BeaconReading& reading : readings) {
-    auto& [sum, count] = sums[reading.beacon];
-    sum += reading.rssi_dbm;
-    ++count;
+    means.try_emplace(reading.beacon, averaging).first->second.Add(reading.rssi_dbm);
   }
   Heard heard;
-  for (const auto& [beacon, sum] : sums) heard.emplace_back(beacon, sum.first / sum.second);
+  for (const auto& [beacon, mean] : means) heard.emplace_back(beacon, mean.rssi_dbm());
   return heard;
 }
 
@@ -96,7 +94,7 @@ void TagTracker::PredictTo(Utime utime) {
 
 void TagTracker::AddSlice(const std::vector<BeaconReading>& slice, Utime utime) {
   PredictTo(utime);
-  const Heard heard = MeanPerBeacon(slice);
+  const Heard heard = MeanPerBeacon(slice, model_.choice.averaging);
   std::vector<double> weight;
   for (const auto& [beacon, rssi] : heard) {
     const auto last = last_.find(beacon);
@@ -199,7 +197,7 @@ bool Localizer::IsExplained(const Heard& heard, const SparsePosterior& posterior
 }
 
 void Localizer::Locate(const std::string& name, Tag& tag, Utime utime) {
-  const Heard heard = MeanPerBeacon(tag.window);
+  const Heard heard = MeanPerBeacon(tag.window, model_.choice.averaging);
   TagLocation& location = tag.location;
   if (options_.tracking) {
     if (!tag.tracker) tag.tracker.emplace(model_, options_);

@@ -59,7 +59,7 @@ struct BeaconReading {
 };
 
 // Mean RSSI of each beacon.
-Heard MeanPerBeacon(const std::vector<BeaconReading>& readings);
+Heard MeanPerBeacon(const std::vector<BeaconReading>& readings, Averaging averaging);
 
 // The Bayes filter of one tag.
 class TagTracker {

@@ -19,7 +19,7 @@ double Gaussian(double x, double variance) {
 
 // Residual distributions are kept for a few spreads of the residual map, as it knows some places
 // well and others not at all.
-constexpr std::array<double, 6> kMapSd = {0.0, 1.5, 3.0, 4.5, 6.0, 8.0};
+constexpr std::array<double, 8> kMapSd = {0.0, 1.5, 3.0, 4.5, 6.0, 8.0, 10.0, 12.0};
 
 int MapSdLevel(double variance_db2) {
   const double sd = std::sqrt(variance_db2);
@@ -114,6 +114,13 @@ void MixInBodies(double step_db, std::vector<double>& density) {
   }
 }
 
+// Density of a residual where the fit leaves sd_db and the residual map another map_variance: one
+// reading in twenty has three times the spread.
+double LogNormalDensity(double off_db, double sd_db, double map_variance) {
+  return 0.95 * Gaussian(off_db, sd_db * sd_db + map_variance) +
+         0.05 * Gaussian(off_db, 9.0 * sd_db * sd_db + map_variance);
+}
+
 // One row for each (distance column, spread of the residual map).
 MeasurementModel::Rows ResidualRows(const HistogramShape& shape, double sd_db, bool bodies,
                                     const std::vector<SampleResidual>& samples) {
@@ -147,8 +154,7 @@ MeasurementModel::Rows ResidualRows(const HistogramShape& shape, double sd_db, b
       std::vector<double> densities(static_cast<std::size_t>(shape.bins));
       for (int bin = 0; bin < shape.bins; ++bin) {
         const double off = shape.Centre(bin);
-        const double log_normal = 0.95 * Gaussian(off, sd_db * sd_db + map_variance) +
-                                  0.05 * Gaussian(off, 9.0 * sd_db * sd_db + map_variance);
+        const double log_normal = LogNormalDensity(off, sd_db, map_variance);
         const double measured = smoothed[first + static_cast<std::size_t>(bin)] / shape.step_db;
         densities[static_cast<std::size_t>(bin)] =
             (measured + kFallbackReadings * log_normal) / (readings + kFallbackReadings);
@@ -163,21 +169,27 @@ MeasurementModel::Rows ResidualRows(const HistogramShape& shape, double sd_db, b
   return rows;
 }
 
-double WeightedVariance(const std::vector<SampleResidual>& samples,
-                        const std::vector<double>& explained, double least) {
-  double variance = 0.0;
-  for (int iteration = 0; iteration < 10; ++iteration) {
-    const double limit = iteration == 0 ? 1e9 : 9.0 * variance;
-    double squares = 0.0;
-    double weights = 1e-9;
+// The likeliest sd in dB of what a residual map leaves, when it says of each residual by itself how
+// unsure it is there. The prior counts as much as two readings.
+double FitSpread(const std::vector<SampleResidual>& samples,
+                 const std::vector<double>& map_variance, double prior_sd_db) {
+  constexpr double kPriorWeight = 2.0;
+  double best_score = -std::numeric_limits<double>::infinity();
+  double best = prior_sd_db;
+  for (double sd_db = 1.0; sd_db <= 15.0; sd_db *= 1.1) {
+    double score =
+        -kPriorWeight * (std::log(sd_db) + 0.5 * prior_sd_db * prior_sd_db / (sd_db * sd_db));
     for (std::size_t i = 0; i < samples.size(); ++i) {
-      const double square = samples[i].residual_db * samples[i].residual_db;
-      squares += samples[i].weight * (std::min(square, limit) - explained[i]);
-      weights += samples[i].weight;
+      score +=
+          samples[i].weight *
+          std::log(LogNormalDensity(samples[i].residual_db, sd_db, map_variance[i]) + kWildDensity);
     }
-    variance = std::max(least, squares / weights);
+    if (score > best_score) {
+      best_score = score;
+      best = sd_db;
+    }
   }
-  return variance;
+  return best;
 }
 
 }  // namespace
@@ -305,7 +317,10 @@ FittedModel BuildFittedModel(const FloorGrid& grid, const Site& site,
       of_beacon.push_back({samples[i].position, residuals[i].residual_db});
     }
     kernel = known_kernel ? known_kernel : FitResidualKernel(by_beacon, path_loss.sd_db);
-    for (std::size_t b = 0; b < maps.size(); ++b) maps[b].emplace(by_beacon[b], *kernel);
+    // So that a building with a hundred beacons is fitted in seconds as well.
+    const std::size_t max_bins = std::clamp<std::size_t>(
+        10 * ResidualMap::kMaxBins / by_beacon.size(), 150, ResidualMap::kMaxBins);
+    for (std::size_t b = 0; b < maps.size(); ++b) maps[b].emplace(by_beacon[b], *kernel, max_bins);
     std::vector<double> explained(samples.size());
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const auto& value =
@@ -313,7 +328,7 @@ FittedModel BuildFittedModel(const FloorGrid& grid, const Site& site,
       residuals[i].residual_db -= value.mean_db;
       explained[i] = value.variance_db2;
     }
-    sd_db = std::sqrt(WeightedVariance(residuals, explained, 1.0));
+    sd_db = FitSpread(residuals, explained, prior.sd_db);
   }
 
   // 3. Tables over the floor.
@@ -327,19 +342,18 @@ FittedModel BuildFittedModel(const FloorGrid& grid, const Site& site,
     MeasurementModel::BeaconTable& table = tables[static_cast<std::size_t>(b)];
     table.expected_dbm.reserve(grid.centres().size());
     table.row.reserve(grid.centres().size());
-    for (const Eigen::Vector2d& centre : grid.centres()) {
+    const auto& map = maps[static_cast<std::size_t>(b)];
+    const std::vector<ResidualMap::Value> off =
+        map ? map->At(grid.centres()) : std::vector<ResidualMap::Value>(grid.centres().size());
+    for (std::size_t cell = 0; cell < off.size(); ++cell) {
+      const Eigen::Vector2d& centre = grid.centres()[cell];
       const double distance_m = BeaconDistance(beacon, site.tag_height_m, centre);
       const double crossed_here =
           parts.walls ? walls.Crossed(beacon.position.head<2>(), centre) : 0.0;
-      double expected = path_loss.MeanRssi(b, distance_m, crossed_here);
-      int row = shape.Column(distance_m);
-      if (const auto& map = maps[static_cast<std::size_t>(b)]) {
-        const ResidualMap::Value value = map->At(centre);
-        expected += value.mean_db;
-        row += shape.columns * MapSdLevel(value.variance_db2);
-      }
-      table.expected_dbm.push_back(static_cast<float>(expected));
-      table.row.push_back(static_cast<std::uint16_t>(row));
+      table.expected_dbm.push_back(
+          static_cast<float>(path_loss.MeanRssi(b, distance_m, crossed_here) + off[cell].mean_db));
+      table.row.push_back(static_cast<std::uint16_t>(
+          shape.Column(distance_m) + shape.columns * MapSdLevel(off[cell].variance_db2)));
     }
   }
   return {MeasurementModel(std::move(rows), std::move(tables)), path_loss, parts, kernel};

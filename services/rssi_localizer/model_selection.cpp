@@ -17,8 +17,9 @@ namespace {
 constexpr int kFolds = 5;
 constexpr double kSquareM = 1.0;
 constexpr std::size_t kMaxJudgedEpochs = 250;
-constexpr int kMaxCells = 1500;      // judging needs no fine grid
-constexpr double kLeastGain = 0.01;  // of the log score per epoch
+constexpr int kMaxCells = 1500;               // judging needs no fine grid
+constexpr double kLeastGain = 0.01;           // of the log score per epoch
+constexpr double kLeastStandardErrors = 0.5;  // what a part gains is worth a little chance
 constexpr int kAll = Trust{}.strongest;
 // Weights of the log-likelihoods, each this much above the last.
 constexpr double kTemperStep = 1.26;
@@ -103,8 +104,9 @@ class Judge {
   Judgement Of(const ModelParts& parts, const std::vector<int>& strongest) {
     // Its three numbers may well come from all readings: what is held back is what they say of a
     // place.
-    if (parts.residual_map && !kernel_) {
-      kernel_ = BuildFittedModel(grid_, site_, calibration_, parts, prior_).kernel;
+    if (parts.residual_map && !Kernel(parts)) {
+      kernels_[{parts.offsets, parts.walls}] =
+          BuildFittedModel(grid_, site_, calibration_, parts, prior_).kernel;
     }
     std::vector<Judgement> judgements;
     for (const int most : strongest) {
@@ -114,7 +116,7 @@ class Judge {
     }
     for (int fold = 0; fold < kFolds; ++fold) {
       const FittedModel fitted =
-          BuildFittedModel(grid_, site_, WithoutFold(fold), parts, prior_, kernel_);
+          BuildFittedModel(grid_, site_, WithoutFold(fold), parts, prior_, Kernel(parts));
       for (const Judged& judged : judged_) {
         if (judged.fold == fold) AddEpoch(fitted.model, judged, judgements);
       }
@@ -128,7 +130,12 @@ class Judge {
     return Best(judgements);
   }
 
-  const std::optional<ResidualKernel>& kernel() const { return kernel_; }
+  // Of the residual map in a model of these parts, which was judged before.
+  std::optional<ResidualKernel> Kernel(const ModelParts& parts) const {
+    const auto known = kernels_.find({parts.offsets, parts.walls});
+    if (!parts.residual_map || known == kernels_.end()) return std::nullopt;
+    return known->second;
+  }
   int epochs() const { return static_cast<int>(judged_.size()); }
 
  private:
@@ -148,7 +155,7 @@ class Judge {
   // counts as much as kPriorSquares squares, each with the score that a Gaussian posterior in the
   // plane has on average where the right temper would be kExpectedTemper: log t - t / t_expected.
   double PenalisedScore(const Judgement& judgement) const {
-    constexpr double kPriorSquares = 4.0;
+    constexpr double kPriorSquares = 2.0;
     constexpr double kExpectedTemper = 0.4;
     const double temper = judgement.trust.temper;
     return judgement.LogScore() + kPriorSquares / static_cast<double>(squares_) *
@@ -233,13 +240,15 @@ class Judge {
   FloorGrid grid_;
   std::vector<Judged> judged_;
   std::size_t squares_ = 0;
-  std::optional<ResidualKernel> kernel_;
+  // By offsets and walls: the map is of what they leave.
+  std::map<std::pair<bool, bool>, std::optional<ResidualKernel>> kernels_;
 };
 
 }  // namespace
 
 std::string ModelChoice::Describe() const {
   std::string description = parts.Describe() + Format(", temper %.2f", trust.temper);
+  if (averaging == Averaging::kDecibels) description += ", averaged in dB";
   if (trust.strongest < kAll) {
     description += ", the " + std::to_string(trust.strongest) + " strongest readings";
   }
@@ -250,45 +259,54 @@ std::string ModelChoice::Describe() const {
   return description;
 }
 
-ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration,
+ModelChoice ChooseModel(const Site& site, const std::vector<CalibrationReading>& readings,
                         const PathLoss& prior) {
   ModelChoice choice;
-  std::map<Square, int> folds = Folds(calibration);
+  const CalibrationSet calibration = CalibrationSet::Build(site, readings, choice.averaging);
+  const std::map<Square, int> folds = Folds(calibration);
   if (folds.empty()) return choice;
-  Judge judge(site, calibration, prior, std::move(folds));
+  Judge judge(site, calibration, prior, folds);
 
   ModelParts parts{
       .offsets = false, .walls = false, .residual_map = false, .bodies = true, .histogram = false};
   Judgement best = judge.Of(parts, {kAll});
-  const auto keep_if_better = [&](const std::string& what, const ModelParts& candidate,
-                                  const std::vector<int>& strongest) {
-    const Judgement judgement = judge.Of(candidate, strongest);
+  const auto keep_if_better = [&](const std::string& what, const Judgement& judgement) {
     const Gain gain = GainOver(best, judgement);
-    const bool kept = gain.mean >= std::max(kLeastGain, gain.standard_error);
+    const bool kept = gain.mean >= std::max(kLeastGain, kLeastStandardErrors * gain.standard_error);
     choice.trials.push_back({what, gain.mean, gain.standard_error, kept});
-    if (!kept) return;
-    best = judgement;
-    parts = candidate;
+    if (kept) best = judgement;
+    return kept;
   };
-  // What explains most comes first, so that the rest is not added for what it would explain better.
+  const auto keep_part_if_better = [&](const std::string& what, bool ModelParts::*part,
+                                       bool value) {
+    ModelParts candidate = parts;
+    candidate.*part = value;
+    if (keep_if_better(what, judge.Of(candidate, {best.trust.strongest}))) parts = candidate;
+  };
+  // The simplest comes first, so that nothing is added for what less would explain.
   std::vector<std::pair<std::string, bool ModelParts::*>> order = {
-      {"residual map", &ModelParts::residual_map}, {"offsets", &ModelParts::offsets}};
+      {"offsets", &ModelParts::offsets}, {"residual map", &ModelParts::residual_map}};
   if (WallCounter(site.plan).has_walls()) order.emplace_back("walls", &ModelParts::walls);
   order.emplace_back("histogram", &ModelParts::histogram);
-  for (const auto& [what, part] : order) {
-    ModelParts candidate = parts;
-    candidate.*part = true;
-    keep_if_better(what, candidate, {kAll});
-  }
-  keep_if_better("only the strongest readings", parts, {4, 6, 8, 12});
+  for (const auto& [what, part] : order) keep_part_if_better(what, part, true);
+  keep_if_better("only the strongest readings", judge.Of(parts, {4, 6, 8, 12}));
   // Presumed, as calibration is often done by one person who keeps out of the way.
-  ModelParts alone = parts;
-  alone.bodies = false;
-  keep_if_better("no bodies in the way", alone, {best.trust.strongest});
+  keep_part_if_better("no bodies in the way", &ModelParts::bodies, false);
+  // Neither way of averaging is the richer description: the better one is taken.
+  const CalibrationSet in_decibels = CalibrationSet::Build(site, readings, Averaging::kDecibels);
+  Judge judge_in_decibels(site, in_decibels, prior, folds);
+  const Judgement of_decibels = judge_in_decibels.Of(parts, {best.trust.strongest});
+  const Gain gain = GainOver(best, of_decibels);
+  const bool decibels = gain.mean > 0.0;
+  choice.trials.push_back({"averaging dB, not power", gain.mean, gain.standard_error, decibels});
+  if (decibels) {
+    best = of_decibels;
+    choice.averaging = Averaging::kDecibels;
+  }
 
   choice.parts = parts;
   choice.trust = best.trust;
-  choice.kernel = judge.kernel();
+  choice.kernel = (decibels ? judge_in_decibels : judge).Kernel(parts);
   choice.held_back_epochs = judge.epochs();
   choice.held_back_error_m = best.error_m;
   choice.held_back_log_score = best.LogScore();

@@ -22,6 +22,7 @@ struct Trial {
 struct ModelChoice {
   ModelParts parts{.offsets = true, .walls = false, .residual_map = false, .histogram = true};
   Trust trust;
+  Averaging averaging = Averaging::kPower;
   std::optional<ResidualKernel> kernel;
   int held_back_epochs = 0;          // that were judged; 0: there was nothing to judge by
   double held_back_error_m = 0.0;    // their mean error
@@ -34,9 +35,11 @@ struct ModelChoice {
 // Five-fold: the floor is cut into squares of a metre, and all readings taken in a fifth of them
 // are held back together, so that a model is judged in places that it has not seen; readings from
 // beacon to beacon are held back in both directions. From the log-normal model with bodies in the
-// way, parts are added one by one where they raise the log score by more than its standard error
-// over the squares; at last the bodies are taken out, if that does. Few squares know little: the
-// trust then stays low. Fewer than three squares: the default choice.
-ModelChoice ChooseModel(const Site& site, const CalibrationSet& calibration, const PathLoss& prior);
+// way, parts are added one by one where they raise the log score by more than half its standard
+// error over the squares; then the bodies are taken out if that does, and readings averaged in dB,
+// not as power, if that raises it at all. Few squares know little: the trust then stays low. Fewer
+// than three squares: the default choice.
+ModelChoice ChooseModel(const Site& site, const std::vector<CalibrationReading>& calibration,
+                        const PathLoss& prior);
 
 }  // namespace beckon

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
+#include <numeric>
 
 namespace beckon {
 namespace {
 
-constexpr int kMaxBins = 150;  // solving takes the cube of it
+constexpr double kBinM = 0.5;
 constexpr double kMaxReadingsPerBin = 4.0;
 
 struct Binned {
@@ -44,17 +44,39 @@ Binned Bin(std::span<const Residual> residuals, double side_m) {
   return binned;
 }
 
+// What lies in the given number of bins around the middle of all.
+std::vector<Residual> Middle(std::span<const Residual> residuals, std::size_t bins) {
+  const Binned binned = Bin(residuals, kBinM);
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& place : binned.places) {
+    middle += place / static_cast<double>(binned.places.size());
+  }
+  std::vector<std::size_t> order(binned.places.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return (binned.places[a] - middle).squaredNorm() < (binned.places[b] - middle).squaredNorm();
+  });
+  std::vector<char> kept(order.size(), 0);
+  for (std::size_t i = 0; i < std::min(bins, order.size()); ++i) kept[order[i]] = 1;
+  std::vector<Residual> of_middle;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    if (kept[binned.bin_of[i]] != 0) of_middle.push_back(residuals[i]);
+  }
+  return of_middle;
+}
+
 }  // namespace
 
 double ResidualMap::Covariance(const Eigen::Vector2d& a, const Eigen::Vector2d& b) const {
   return kernel_.amplitude_db * kernel_.amplitude_db * std::exp(-(a - b).norm() / kernel_.length_m);
 }
 
-ResidualMap::ResidualMap(std::span<const Residual> residuals, const ResidualKernel& kernel)
+ResidualMap::ResidualMap(std::span<const Residual> residuals, const ResidualKernel& kernel,
+                         std::size_t max_bins)
     : kernel_(kernel) {
-  double side_m = 0.5;
+  double side_m = kBinM;
   Binned binned = Bin(residuals, side_m);
-  while (binned.places.size() > kMaxBins) binned = Bin(residuals, side_m *= 1.5);
+  while (binned.places.size() > max_bins) binned = Bin(residuals, side_m *= 1.2);
   places_ = binned.places;
   const auto n = static_cast<Eigen::Index>(places_.size());
   if (n == 0) return;
@@ -84,45 +106,77 @@ ResidualMap::ResidualMap(std::span<const Residual> residuals, const ResidualKern
     const double noise =
         kernel_.noise_db * kernel_.noise_db / std::min(binned.counts[bin], kMaxReadingsPerBin);
     bin_left_out[bin] = {binned.means[bin] - off, std::max(0.0, variance - noise)};
-    log_score_ -= 0.5 * (std::log(2.0 * std::numbers::pi * variance) + off * off / variance);
+    left_out_log_variance_ += std::log(variance);
+    left_out_squares_ += off * off / variance;
   }
   left_out_.reserve(residuals.size());
   for (const std::size_t bin : binned.bin_of) left_out_.push_back(bin_left_out[bin]);
 }
 
 ResidualMap::Value ResidualMap::At(const Eigen::Vector2d& position) const {
+  return At(std::span(&position, 1)).front();
+}
+
+std::vector<ResidualMap::Value> ResidualMap::At(std::span<const Eigen::Vector2d> positions) const {
   const double prior = kernel_.amplitude_db * kernel_.amplitude_db;
-  if (places_.empty()) return {0.0, prior};
-  Eigen::VectorXd covariance(static_cast<Eigen::Index>(places_.size()));
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    covariance[static_cast<Eigen::Index>(i)] = Covariance(places_[i], position);
+  std::vector<Value> values(positions.size(), {0.0, prior});
+  if (places_.empty()) return values;
+  constexpr std::size_t kAtOnce = 256;  // columns, so that they stay in the cache
+  for (std::size_t first = 0; first < positions.size(); first += kAtOnce) {
+    const auto part = positions.subspan(first, std::min(kAtOnce, positions.size() - first));
+    Eigen::MatrixXd covariance(static_cast<Eigen::Index>(places_.size()),
+                               static_cast<Eigen::Index>(part.size()));
+    for (Eigen::Index column = 0; column < covariance.cols(); ++column) {
+      for (Eigen::Index row = 0; row < covariance.rows(); ++row) {
+        covariance(row, column) = Covariance(places_[static_cast<std::size_t>(row)],
+                                             part[static_cast<std::size_t>(column)]);
+      }
+    }
+    const Eigen::VectorXd mean = covariance.transpose() * weights_;
+    factor_.matrixL().solveInPlace(covariance);
+    const Eigen::VectorXd known = covariance.colwise().squaredNorm();
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const auto column = static_cast<Eigen::Index>(i);
+      values[first + i] = {mean[column], std::max(0.0, prior - known[column])};
+    }
   }
-  const Eigen::VectorXd half = factor_.matrixL().solve(covariance);
-  return {covariance.dot(weights_), std::max(0.0, prior - half.squaredNorm())};
+  return values;
 }
 
 ResidualKernel FitResidualKernel(const std::vector<std::vector<Residual>>& by_beacon,
                                  double sd_db) {
-  // Three numbers do not need all beacons.
+  // Three numbers need neither all beacons nor all places.
   constexpr std::size_t kMostBeacons = 8;
-  std::vector<const std::vector<Residual>*> beacons;
-  for (const std::vector<Residual>& residuals : by_beacon) beacons.push_back(&residuals);
+  constexpr std::size_t kMostBins = 150;
+  std::vector<std::vector<Residual>> beacons = by_beacon;
   std::stable_sort(beacons.begin(), beacons.end(),
-                   [](const auto* a, const auto* b) { return a->size() > b->size(); });
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
   beacons.resize(std::min(beacons.size(), kMostBeacons));
+  for (std::vector<Residual>& residuals : beacons) residuals = Middle(residuals, kMostBins);
 
   ResidualKernel best;
   double best_score = -std::numeric_limits<double>::infinity();
-  for (const double length_m : {0.7, 1.5, 3.0, 6.0}) {
-    for (const double explained : {0.2, 0.4, 0.6, 0.8}) {
-      const ResidualKernel kernel{sd_db * std::sqrt(explained), length_m,
-                                  sd_db * std::sqrt(1.0 - explained)};
-      double score = 0.0;
-      for (const std::vector<Residual>* residuals : beacons) {
-        score += ResidualMap(*residuals, kernel).log_score();
+  for (const double length_m : {0.5, 1.0, 2.0, 4.0, 8.0}) {
+    for (const double explained : {0.2, 0.4, 0.6, 0.8, 0.9, 0.95}) {
+      ResidualKernel kernel{std::sqrt(explained), length_m, std::sqrt(1.0 - explained)};
+      double bins = 0.0;
+      double log_variance = 0.0;
+      double squares = 0.0;
+      for (const std::vector<Residual>& residuals : beacons) {
+        const ResidualMap map(residuals, kernel);
+        bins += map.bins();
+        log_variance += map.left_out_log_variance();
+        squares += map.left_out_squares();
       }
+      // A covariance n times as large leaves the predictions and makes the variances n times as
+      // large; the likeliest n is the mean square. Where nothing was measured the map knows no more
+      // than distance does, and all that residuals have shown may be there: n is at least that.
+      const double scale = std::max(sd_db * sd_db, squares / std::max(1.0, bins));
+      const double score = -log_variance - bins * std::log(scale) - squares / scale;
       if (score > best_score) {
         best_score = score;
+        kernel.amplitude_db *= std::sqrt(scale);
+        kernel.noise_db *= std::sqrt(scale);
         best = kernel;
       }
     }

@@ -34,15 +34,23 @@ class ResidualMap {
     double variance_db2 = 0.0;  // of the mean: what is not known about this place
   };
 
-  // Residuals of one beacon, binned (0.5 m, larger where there would be too many bins).
-  ResidualMap(std::span<const Residual> residuals, const ResidualKernel& kernel);
+  // Making a map takes the cube of its bins, and looking up a place the square.
+  static constexpr std::size_t kMaxBins = 400;
+
+  // Residuals of one beacon, binned (0.5 m, larger where there would be more than max_bins).
+  ResidualMap(std::span<const Residual> residuals, const ResidualKernel& kernel,
+              std::size_t max_bins = kMaxBins);
 
   Value At(const Eigen::Vector2d& position) const;
+  // The same at many places, some times faster.
+  std::vector<Value> At(std::span<const Eigen::Vector2d> positions) const;
 
   // For each residual given: the map's value there, had nothing been measured in its bin.
   const std::vector<Value>& left_out() const { return left_out_; }
-  // Sum over bins of the log density of the bin's mean given all other bins, and their number.
-  double log_score() const { return log_score_; }
+  // Predicting each bin's mean from all others: sums over bins of the log variance (dB^2) and of
+  // the squared error over the variance.
+  double left_out_log_variance() const { return left_out_log_variance_; }
+  double left_out_squares() const { return left_out_squares_; }
   int bins() const { return static_cast<int>(places_.size()); }
 
  private:
@@ -53,10 +61,12 @@ class ResidualMap {
   Eigen::VectorXd weights_;
   Eigen::LLT<Eigen::MatrixXd> factor_;
   std::vector<Value> left_out_;
-  double log_score_ = 0.0;
+  double left_out_log_variance_ = 0.0;
+  double left_out_squares_ = 0.0;
 };
 
-// The kernel under which all beacons' maps together predict left-out bins best.
+// The kernel under which all beacons' maps together predict left-out bins best. Amplitude and noise
+// together make at least sd_db, the spread of the residuals.
 ResidualKernel FitResidualKernel(const std::vector<std::vector<Residual>>& by_beacon, double sd_db);
 
 }  // namespace beckon

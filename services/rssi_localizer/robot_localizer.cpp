@@ -148,8 +148,9 @@ void RobotLocalizer::UseRadio() {
   // The first time every beacon is waited for.
   const double heard_s = SecondsFromUtime(readings_.back().utime - readings_.front().utime);
   if (std::isinf(radio_m_) && heard_s < 0.5 * model_.site.window_s) return;
-  CellValues log_likelihood = LogLikelihood(model_.model, MeanPerBeacon(readings_),
-                                            model_.choice.trust, model_.grid.size());
+  CellValues log_likelihood =
+      LogLikelihood(model_.model, MeanPerBeacon(readings_, model_.choice.averaging),
+                    model_.choice.trust, model_.grid.size());
   const auto share = static_cast<float>(std::min(1.0, radio_m_ / kRadioFullM));
   for (float& value : log_likelihood) value *= share;
   filter_.AddRadio(log_likelihood);

@@ -14,7 +14,8 @@ using testing::ExampleSite;
 class Rivals : public ::testing::Test {
  protected:
   Baselines Make(const std::vector<CalibrationReading>& readings) {
-    return Baselines(grid_, site_, CalibrationSet::Build(site_, readings), readings, {});
+    return Baselines(grid_, site_, CalibrationSet::Build(site_, readings, Averaging::kDecibels),
+                     readings, {});
   }
   // What a tag hears without noise.
   Heard At(const Eigen::Vector2d& place) const {

@@ -28,8 +28,8 @@ class Models : public ::testing::Test {
  protected:
   Site site_ = ExampleSite();
   FloorGrid grid_{site_.plan, {.resolution_m = 0.25}};
-  CalibrationSet calibration_ =
-      CalibrationSet::Build(site_, ExampleCalibration(site_, ExamplePathLoss(), 1000, 4.0));
+  CalibrationSet calibration_ = CalibrationSet::Build(
+      site_, ExampleCalibration(site_, ExamplePathLoss(), 1000, 4.0), Averaging::kDecibels);
 };
 
 TEST_F(Models, AreDensitiesOverRssi) {
@@ -109,8 +109,8 @@ TEST_F(Models, OnlyTheStrongestAreUsedWhereSoChosen) {
 TEST_F(Models, LocateASimulatedTagAsWellAsTheTrueModel) {
   // Posterior mean under the model that made the readings: nothing can be better on average.
   const MeasurementModel fitted = BuildFittedModel(grid_, site_, calibration_, kPlain, {}).model;
-  const CalibrationSet tags =
-      CalibrationSet::Build(site_, ExampleCalibration(site_, ExamplePathLoss(), 300, 4.0, 99));
+  const CalibrationSet tags = CalibrationSet::Build(
+      site_, ExampleCalibration(site_, ExamplePathLoss(), 300, 4.0, 99), Averaging::kDecibels);
   double error = 0.0;
   double best_error = 0.0;
   for (const CalibrationEpoch& epoch : tags.epochs) {
@@ -138,7 +138,7 @@ TEST_F(Models, TheMeasuredHistogramTellsWhatTheFormulaCannot) {
   // peaks.
   auto readings = ExampleCalibration(site_, ExamplePathLoss(), 2000, 1.5);
   for (std::size_t i = 0; i < readings.size(); i += 2) readings[i].reading.rssi_dbm -= 12.0;
-  const CalibrationSet two_peaks = CalibrationSet::Build(site_, readings);
+  const CalibrationSet two_peaks = CalibrationSet::Build(site_, readings, Averaging::kDecibels);
   ModelParts parts = kPlain;
   parts.histogram = true;
   const FittedModel fitted = BuildFittedModel(grid_, site_, two_peaks, parts, {});
@@ -157,7 +157,7 @@ TEST_F(Models, ThinColumnsFallBackOnTheFit) {
        ExampleCalibration(site_, ExamplePathLoss(), 3000, 4.0)) {
     if (reading.reading.beacon == "a" && reading.position.norm() < 4.0) near.push_back(reading);
   }
-  const CalibrationSet calibration = CalibrationSet::Build(site_, near);
+  const CalibrationSet calibration = CalibrationSet::Build(site_, near, Averaging::kDecibels);
   ModelParts parts = kPlain;
   const MeasurementModel fit = BuildFittedModel(grid_, site_, calibration, parts, {}).model;
   parts.histogram = true;
@@ -175,7 +175,8 @@ TEST_F(Models, Map2dIsWhatWasCounted) {
     readings.push_back(
         {{static_cast<Utime>(readings.size()) * 2'000'000, "t", "a", rssi}, {3.0, 0.0}});
   }
-  const MeasurementModel model = BuildMap2d(grid_, site_, CalibrationSet::Build(site_, readings));
+  const MeasurementModel model =
+      BuildMap2d(grid_, site_, CalibrationSet::Build(site_, readings, Averaging::kDecibels));
   const Eigen::Vector2d place(3.0, 0.1);
   EXPECT_NEAR(Density(model, grid_, 0, -60.5, place), 0.99 * 2.0 / 3.0 / 2.0, 1e-3);
   EXPECT_NEAR(Density(model, grid_, 0, -74.5, place), 0.99 / 3.0 / 2.0, 1e-3);

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <functional>
+#include <random>
 
 #include "tests/rssi_localizer/example_site.hpp"
 
@@ -14,7 +16,7 @@ using testing::ExamplePathLoss;
 using testing::ExampleSite;
 
 ModelChoice Choose(const Site& site, const std::vector<CalibrationReading>& readings) {
-  return ChooseModel(site, CalibrationSet::Build(site, readings), {});
+  return ChooseModel(site, readings, {});
 }
 
 TEST(ModelSelection, APlainPlaceKeepsThePlainModel) {
@@ -56,6 +58,31 @@ TEST(ModelSelection, APatternOverTheFloorIsFound) {
         8.0 * std::sin(reading.position.x() + phase) * std::sin(reading.position.y() + phase);
   }
   EXPECT_TRUE(Choose(site, readings).parts.residual_map);
+}
+
+// Each place is heard five times, with fading that `fade_db` draws.
+std::vector<CalibrationReading> Faded(const Site& site, const std::function<double()>& fade_db) {
+  std::vector<CalibrationReading> readings;
+  for (const CalibrationReading& still : ExampleCalibration(site, ExamplePathLoss(), 400, 0.5)) {
+    for (int i = 0; i < 5; ++i) {
+      CalibrationReading& reading = readings.emplace_back(still);
+      reading.reading.utime += 100'000 * i;
+      reading.reading.rssi_dbm += fade_db();
+    }
+  }
+  return readings;
+}
+
+TEST(ModelSelection, ReadingsAreAveragedAsTheirFadingAsksFor) {
+  const Site site = ExampleSite();
+  std::mt19937 random(3);
+  std::exponential_distribution<double> rayleigh_power;
+  const auto rayleigh =
+      Faded(site, [&] { return 10.0 * std::log10(std::max(1e-6, rayleigh_power(random))); });
+  EXPECT_EQ(Choose(site, rayleigh).averaging, Averaging::kPower);
+  std::normal_distribution<double> normal(0.0, 6.0);
+  const auto log_normal = Faded(site, [&] { return normal(random); });
+  EXPECT_EQ(Choose(site, log_normal).averaging, Averaging::kDecibels);
 }
 
 TEST(ModelSelection, ErrorsInCommonLowerTheTrust) {

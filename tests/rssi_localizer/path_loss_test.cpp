@@ -30,8 +30,8 @@ TEST(PathLoss, DistanceIsTheInverseOfRssi) {
 
 TEST(PathLoss, IsRecoveredFromReadings) {
   const Site site = ExampleSite();
-  const auto set =
-      CalibrationSet::Build(site, ExampleCalibration(site, ExamplePathLoss(), 500, 4.0));
+  const auto set = CalibrationSet::Build(
+      site, ExampleCalibration(site, ExamplePathLoss(), 500, 4.0), Averaging::kDecibels);
   PathLossFitOptions options;
   options.fit_offsets = false;
   const PathLoss fit = FitPathLoss(set.samples, 5, {}, options);
@@ -46,7 +46,8 @@ TEST(PathLoss, ATenthOfWildReadingsDoesNoHarm) {
   for (std::size_t i = 0; i < readings.size(); i += 10) readings[i].reading.rssi_dbm = -110.0;
   PathLossFitOptions options;
   options.fit_offsets = false;
-  const PathLoss fit = FitPathLoss(CalibrationSet::Build(site, readings).samples, 5, {}, options);
+  const PathLoss fit = FitPathLoss(
+      CalibrationSet::Build(site, readings, Averaging::kDecibels).samples, 5, {}, options);
   EXPECT_NEAR(fit.rssi_at_1m_dbm, -50.0, 1.5);
   EXPECT_NEAR(fit.exponent, 2.2, 0.2);
 }
@@ -55,7 +56,8 @@ TEST(PathLoss, OffsetsOfBeaconsAreRecovered) {
   const Site site = ExampleSite();
   PathLoss truth = ExamplePathLoss();
   truth.offset_db = {4.0, -4.0, 0.0, 2.0, -2.0};
-  const auto set = CalibrationSet::Build(site, ExampleCalibration(site, truth, 500, 3.0));
+  const auto set =
+      CalibrationSet::Build(site, ExampleCalibration(site, truth, 500, 3.0), Averaging::kDecibels);
   const PathLoss fit = FitPathLoss(set.samples, 5, {}, {});
   for (std::size_t b = 0; b < 5; ++b) EXPECT_NEAR(fit.offset_db[b], truth.offset_db[b], 1.2) << b;
 }
@@ -66,7 +68,8 @@ TEST(PathLoss, AttenuationOfWallsIsRecovered) {
                      {{7.0, 0.0}, {7.0, 6.0}, std::nullopt}};
   PathLoss truth = ExamplePathLoss();
   truth.wall_db = 5.0;
-  const auto set = CalibrationSet::Build(site, ExampleCalibration(site, truth, 500, 3.0));
+  const auto set =
+      CalibrationSet::Build(site, ExampleCalibration(site, truth, 500, 3.0), Averaging::kDecibels);
   const PathLoss fit = FitPathLoss(set.samples, 5, Crossings(site, set), {});
   EXPECT_NEAR(fit.wall_db, 5.0, 0.7);
 }
@@ -81,7 +84,8 @@ TEST(PathLoss, OnePlaceDoesNotMakeAModelRunAway) {
   const Site site = ExampleSite();
   std::vector<CalibrationReading> readings;
   for (int i = 0; i < 100; ++i) readings.push_back({{i * 2'000'000, "t", "a", -90.0}, {0.5, 0.5}});
-  const PathLoss fit = FitPathLoss(CalibrationSet::Build(site, readings).samples, 5, {}, {});
+  const PathLoss fit =
+      FitPathLoss(CalibrationSet::Build(site, readings, Averaging::kDecibels).samples, 5, {}, {});
   EXPECT_GT(fit.exponent, 1.0);
   EXPECT_LT(fit.exponent, 4.0);
   EXPECT_GT(fit.sd_db, 1.0);
@@ -105,13 +109,25 @@ TEST(CalibrationSet, TakesTheMeanOfAWindowAndLeavesOutTheImpossible) {
       {{400'000, "t", "a", -62.0}, {2.0, 1.0}},      {{0, "t", "a", -60.0}, {1.0, 1.0}},
       {{500'000, "t", "b", -70.0}, {2.5, 1.0}},      {{600'000, "t", "a", 80.0}, {2.5, 1.0}},
       {{700'000, "t", "nobody", -50.0}, {2.5, 1.0}}, {{1'000'000, "t", "a", -64.0}, {3.0, 1.0}}};
-  const CalibrationSet set = CalibrationSet::Build(site, readings);
+  const CalibrationSet set = CalibrationSet::Build(site, readings, Averaging::kDecibels);
   ASSERT_EQ(set.epochs.size(), 2U);
   EXPECT_THAT(set.epochs[0].heard,
               ::testing::ElementsAre(std::pair(0, -61.0), std::pair(1, -70.0)));
-  EXPECT_EQ(set.epochs[0].position, Eigen::Vector2d(2.5, 1.0)) << "where the window ends";
+  EXPECT_NEAR(set.epochs[0].position.x(), (1.0 + 2.0 + 2.5) / 3.0, 1e-12) << "on average";
   EXPECT_EQ(set.samples[0].position, Eigen::Vector2d(1.5, 1.0)) << "where it was heard on average";
   EXPECT_THAT(set.epochs[1].heard, ::testing::ElementsAre(std::pair(0, -64.0)));
+}
+
+TEST(RssiMean, IsThatOfThePowerOrOfTheDecibels) {
+  RssiMean power(Averaging::kPower);
+  RssiMean decibels(Averaging::kDecibels);
+  for (const double rssi_dbm : {-60.0, -70.0}) {
+    power.Add(rssi_dbm);
+    decibels.Add(rssi_dbm);
+  }
+  EXPECT_NEAR(power.rssi_dbm(), -62.596, 0.001);  // 10 log10((1 + 0.1) / 2) above -60
+  EXPECT_EQ(decibels.rssi_dbm(), -65.0);
+  EXPECT_EQ(power.count(), 2);
 }
 
 }  // namespace

@@ -70,6 +70,30 @@ TEST(ResidualMap, LeftOutValuesAreThoseOfAMapWithoutTheBin) {
   }
 }
 
+TEST(ResidualMap, ManyPlacesAtOnceAreAsOneByOne) {
+  const ResidualMap map(Measure(300, 1), kKernel);
+  std::vector<Eigen::Vector2d> places;
+  for (int i = 0; i < 600; ++i) places.emplace_back(0.013 * i, 6.0 - 0.01 * i);
+  const std::vector<ResidualMap::Value> values = map.At(places);
+  ASSERT_EQ(values.size(), places.size());
+  for (std::size_t i = 0; i < places.size(); i += 7) {
+    EXPECT_NEAR(values[i].mean_db, map.At(places[i]).mean_db, 1e-9);
+    EXPECT_NEAR(values[i].variance_db2, map.At(places[i]).variance_db2, 1e-9);
+  }
+}
+
+TEST(ResidualMap, TheKernelIsAsLargeAsWhatItIsFittedTo) {
+  // Rough, much stronger than the bulk of it made believe, and hardly any noise.
+  std::vector<Residual> strong = Measure(1500, 5);
+  for (Residual& residual : strong) {
+    const double patch = std::floor(residual.position.x()) + std::floor(residual.position.y());
+    residual.residual_db = (std::fmod(patch, 2.0) == 0.0 ? 15.0 : -15.0) + residual.residual_db / 8;
+  }
+  const ResidualKernel kernel = FitResidualKernel({strong}, 4.0);
+  EXPECT_GT(kernel.amplitude_db, 10.0);
+  EXPECT_LT(kernel.noise_db, 0.5 * kernel.amplitude_db);
+}
+
 TEST(ResidualMap, WithoutReadingsIsThePrior) {
   const ResidualMap map({}, kKernel);
   EXPECT_EQ(map.At({1.0, 1.0}).mean_db, 0.0);

@@ -38,11 +38,12 @@ RadioFit FitRadio(const std::filesystem::path& folder) {
   fit.site = Site::Load(folder);
   const std::filesystem::path file = folder / "calibration.csv";
   const std::vector<CalibrationReading> readings = LoadCalibration(file, fit.site);
-  const CalibrationSet calibration = CalibrationSet::Build(fit.site, readings);
-  if (calibration.samples.empty()) throw FileError(file, "holds no readings to calibrate with");
-
   const SiteModel model = SiteModel::Fit(fit.site, readings, {});
   fit.choice = model.choice;
+  const CalibrationSet calibration =
+      CalibrationSet::Build(fit.site, readings, fit.choice.averaging);
+  if (calibration.samples.empty()) throw FileError(file, "holds no readings to calibrate with");
+
   fit.path_loss = model.path_loss;
 
   const WallCounter walls(fit.site.plan);

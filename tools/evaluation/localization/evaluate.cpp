@@ -72,16 +72,19 @@ class Evaluation {
     if (std::filesystem::exists(folder / "generated.toml")) generated_ = folder / "generated.toml";
     for (const TruthEpoch& epoch : truth_) {
       window_.push_back(Between(readings_[epoch.tag], epoch.utime - window_us, epoch.utime));
-      heard_.push_back(MeanPerBeacon(window_.back()));
-      if (heard_.back().empty()) ++result_.silent_epochs;
+      if (window_.back().empty()) ++result_.silent_epochs;
     }
   }
 
   SiteEvaluation Run() {
     const SiteModel filtered = Fit(MeasurementModelKind::kMapFiltered);
     result_.model = filtered.description;
-    const Baselines rivals(filtered.grid, site_, CalibrationSet::Build(site_, calibration_),
-                           calibration_, localizer_.prior);
+    // What turns out to be the better mean is the rivals' as well.
+    const Averaging averaging = filtered.choice.averaging;
+    for (const auto& readings : window_) heard_.push_back(MeanPerBeacon(readings, averaging));
+    const Baselines rivals(filtered.grid, site_,
+                           CalibrationSet::Build(site_, calibration_, averaging), calibration_,
+                           localizer_.prior);
     AddRival("area_centre", [&](const Heard&) { return rivals.AreaCentre(); });
     AddRival("weighted_centroid", [&](const Heard& h) { return rivals.WeightedCentroid(h); });
     AddRival("min_max", [&](const Heard& h) { return rivals.MinMax(h); });
@@ -116,8 +119,9 @@ class Evaluation {
     MethodErrors errors;
     for (std::size_t i = 0; i < truth_.size(); ++i) {
       const Stopwatch stopwatch;
+      const Heard heard = MeanPerBeacon(window_[i], model.choice.averaging);
       CellValues probability =
-          LogLikelihood(model.model, heard_[i], model.choice.trust, model.grid.size());
+          LogLikelihood(model.model, heard, model.choice.trust, model.grid.size());
       NormaliseLog(probability);
       const Estimate estimate = Summarise(model.grid, probability);
       errors.ms.push_back(stopwatch.Milliseconds());
@@ -146,7 +150,8 @@ class Evaluation {
   }
 
   void AddOracle() {
-    const Oracle oracle(site_, CalibrationSet::Build(site_, calibration_), *generated_);
+    const Oracle oracle(site_, CalibrationSet::Build(site_, calibration_, Averaging::kDecibels),
+                        *generated_);
     MethodErrors errors;
     for (std::size_t i = 0; i < truth_.size(); ++i) {
       const Stopwatch stopwatch;

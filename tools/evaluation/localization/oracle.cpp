@@ -83,7 +83,7 @@ CellValues Oracle::Probability(const std::vector<BeaconReading>& readings) const
   std::map<int, int> count;
   for (const BeaconReading& reading : readings) ++count[reading.beacon];
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(grid_.size());
-  for (const auto& [beacon, rssi] : MeanPerBeacon(readings)) {
+  for (const auto& [beacon, rssi] : MeanPerBeacon(readings, Averaging::kDecibels)) {
     const Eigen::ArrayXd variance =
         variance_db2_.col(beacon).array().max(0.0) + ReadingVariance(count[beacon]);
     sum -= 0.5 * ((rssi - expected_dbm_.col(beacon).array()).square() / variance + variance.log());
