@@ -30,11 +30,20 @@ FloorGrid::FloorGrid(const FloorPlan& plan, const FloorGridOptions& options,
   }
 
   cell_at_.assign(static_cast<std::size_t>(geometry_.size()), -1);
-  for (int index = 0; index < geometry_.size(); ++index) {
-    if (mask.at<uchar>(index / geometry_.width, index % geometry_.width) == 0) continue;
-    cell_at_[static_cast<std::size_t>(index)] = size();
-    geometry_index_.push_back(index);
-    centres_.push_back(geometry_.Centre(index));
+  const cv::Rect whole(0, 0, geometry_.width, geometry_.height);
+  for (int top = 0; top < geometry_.height; top += kBlockSide) {
+    for (int left = 0; left < geometry_.width; left += kBlockSide) {
+      const cv::Rect block = cv::Rect(left, top, kBlockSide, kBlockSide) & whole;
+      for (int row = block.y; row < block.br().y; ++row) {
+        for (int column = block.x; column < block.br().x; ++column) {
+          if (mask.at<uchar>(row, column) == 0) continue;
+          const int index = geometry_.Index(column, row);
+          cell_at_[static_cast<std::size_t>(index)] = size();
+          geometry_index_.push_back(index);
+          centres_.push_back(geometry_.Centre(index));
+        }
+      }
+    }
   }
   if (centres_.empty()) {
     throw std::invalid_argument("the floor plan leaves no free cell of " +

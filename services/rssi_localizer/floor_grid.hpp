@@ -1,4 +1,5 @@
 // The free cells of a site's floor plan, numbered without gaps: the support of every posterior.
+// Cells of one block have numbers side by side, so that what is kept of them lies side by side.
 #pragma once
 
 #include <Eigen/Core>
@@ -38,7 +39,7 @@ class FloorGrid {
 
   const std::vector<Eigen::Vector2d>& centres() const { return centres_; }  // m, map frame
   const Moments& moments() const { return moments_; }
-  // Number in the full geometry of each free cell, ascending.
+  // Number in the full geometry of each free cell.
   const std::vector<int>& geometry_index() const { return geometry_index_; }
 
   // The free cell nearest to a point, by straight line.

@@ -10,7 +10,7 @@ namespace beckon {
 namespace {
 
 // A block with less is not kept: all such blocks of the largest grid together hold a hundredth.
-constexpr double kNegligible = 1e-6;
+constexpr double kNegligible = 4e-6;
 
 double LogOf(float probability) {
   return std::log(std::max(static_cast<double>(probability), 1e-30));

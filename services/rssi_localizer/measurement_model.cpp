@@ -194,6 +194,13 @@ double FitSpread(const std::vector<SampleResidual>& samples,
 
 }  // namespace
 
+MeasurementModel::Cell MeasurementModel::Cell::Of(double expected_dbm, int row) {
+  constexpr double kGreatest = std::numeric_limits<std::int16_t>::max();
+  const double expected =
+      std::clamp(expected_dbm / static_cast<double>(kStep), -kGreatest, kGreatest);
+  return {static_cast<std::int16_t>(std::lround(expected)), static_cast<std::uint16_t>(row)};
+}
+
 template <typename CellAt>
 void MeasurementModel::AddAt(int beacon, double rssi_dbm, double weight, const CellAt& cell_at,
                              CellValues& sum) const {
@@ -202,10 +209,12 @@ void MeasurementModel::AddAt(int beacon, double rssi_dbm, double weight, const C
   const auto rssi = static_cast<float>(rssi_dbm - rows_.min_db);
   const auto factor = static_cast<float>(weight);
   const int last = rows_.bins - 1;
+  constexpr std::size_t kAhead = 64;  // the tables of a big building do not fit in the cache
   for (std::size_t i = 0; i < sum.size(); ++i) {
     const std::size_t cell = cell_at(i);
-    const int bin = static_cast<int>((rssi - table.expected_dbm[cell]) * scale);
-    sum[i] += factor * rows_.log_density[static_cast<std::size_t>(table.row[cell] * rows_.bins +
+    if (i + kAhead < sum.size()) __builtin_prefetch(&table[cell_at(i + kAhead)]);
+    const int bin = static_cast<int>((rssi - table[cell].expected_dbm()) * scale);
+    sum[i] += factor * rows_.log_density[static_cast<std::size_t>(table[cell].row * rows_.bins +
                                                                   std::clamp(bin, 0, last))];
   }
 }
@@ -228,8 +237,7 @@ MeasurementModel MeasurementModel::Restricted(std::span<const int> cells) const 
   for (const BeaconTable& whole : beacons_) {
     BeaconTable& table = tables.emplace_back();
     for (const int cell : cells) {
-      table.expected_dbm.push_back(whole.expected_dbm[static_cast<std::size_t>(cell)]);
-      table.row.push_back(whole.row[static_cast<std::size_t>(cell)]);
+      table.push_back(whole[static_cast<std::size_t>(cell)]);
     }
   }
   return {rows_, std::move(tables)};
@@ -238,10 +246,10 @@ MeasurementModel MeasurementModel::Restricted(std::span<const int> cells) const 
 double MeasurementModel::LogLikelihoodAt(int beacon, double rssi_dbm, int cell) const {
   const BeaconTable& table = beacons_[static_cast<std::size_t>(beacon)];
   const auto at = static_cast<std::size_t>(cell);
-  const double off = rssi_dbm - static_cast<double>(table.expected_dbm[at]) - rows_.min_db;
+  const double off = rssi_dbm - static_cast<double>(table[at].expected_dbm()) - rows_.min_db;
   const int bin = std::clamp(static_cast<int>(off / rows_.step_db), 0, rows_.bins - 1);
   return static_cast<double>(
-      rows_.log_density[static_cast<std::size_t>(table.row[at] * rows_.bins + bin)]);
+      rows_.log_density[static_cast<std::size_t>(table[at].row * rows_.bins + bin)]);
 }
 
 double LeastUsedRssi(const Heard& heard, const Trust& trust) {
@@ -340,8 +348,7 @@ FittedModel BuildFittedModel(const FloorGrid& grid, const Site& site,
   for (int b = 0; b < beacons; ++b) {
     const Beacon& beacon = site.beacons[static_cast<std::size_t>(b)];
     MeasurementModel::BeaconTable& table = tables[static_cast<std::size_t>(b)];
-    table.expected_dbm.reserve(grid.centres().size());
-    table.row.reserve(grid.centres().size());
+    table.reserve(grid.centres().size());
     const auto& map = maps[static_cast<std::size_t>(b)];
     const std::vector<ResidualMap::Value> off =
         map ? map->At(grid.centres()) : std::vector<ResidualMap::Value>(grid.centres().size());
@@ -350,9 +357,8 @@ FittedModel BuildFittedModel(const FloorGrid& grid, const Site& site,
       const double distance_m = BeaconDistance(beacon, site.tag_height_m, centre);
       const double crossed_here =
           parts.walls ? walls.Crossed(beacon.position.head<2>(), centre) : 0.0;
-      table.expected_dbm.push_back(
-          static_cast<float>(path_loss.MeanRssi(b, distance_m, crossed_here) + off[cell].mean_db));
-      table.row.push_back(static_cast<std::uint16_t>(
+      table.push_back(MeasurementModel::Cell::Of(
+          path_loss.MeanRssi(b, distance_m, crossed_here) + off[cell].mean_db,
           shape.Column(distance_m) + shape.columns * MapSdLevel(off[cell].variance_db2)));
     }
   }
@@ -386,10 +392,9 @@ MeasurementModel BuildMap2d(const FloorGrid& grid, const Site& site,
   std::vector<MeasurementModel::BeaconTable> tables;
   for (const Beacon& beacon : site.beacons) {
     MeasurementModel::BeaconTable& table = tables.emplace_back();
-    table.expected_dbm.assign(grid.centres().size(), 0.0F);
     for (const Eigen::Vector2d& centre : grid.centres()) {
-      table.row.push_back(static_cast<std::uint16_t>(
-          shape.Column(BeaconDistance(beacon, site.tag_height_m, centre))));
+      table.push_back(MeasurementModel::Cell::Of(
+          0.0, shape.Column(BeaconDistance(beacon, site.tag_height_m, centre))));
     }
   }
   return {std::move(rows), std::move(tables)};

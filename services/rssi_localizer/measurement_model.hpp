@@ -31,10 +31,16 @@ class MeasurementModel {
     int bins = 0;
     std::vector<float> log_density;
   };
-  struct BeaconTable {
-    std::vector<float> expected_dbm;  // per free cell
-    std::vector<std::uint16_t> row;   // per free cell
+  // What is looked up of a cell: small, since a big building has millions of them.
+  struct Cell {
+    std::int16_t expected = 0;  // RSSI, in kStep dBm
+    std::uint16_t row = 0;
+
+    static constexpr float kStep = 1.0F / 128.0F;
+    static Cell Of(double expected_dbm, int row);
+    float expected_dbm() const { return kStep * static_cast<float>(expected); }
   };
+  using BeaconTable = std::vector<Cell>;  // per free cell
 
   MeasurementModel(Rows rows, std::vector<BeaconTable> beacons)
       : rows_(std::move(rows)), beacons_(std::move(beacons)) {}
