@@ -73,6 +73,13 @@ Reading ReadReading(const CsvReader& csv, const Site& site) {
   return reading;
 }
 
+const std::vector<std::string> kCalibrationColumns = {"utime",    "tag", "beacon",
+                                                      "rssi_dbm", "x_m", "y_m"};
+
+CalibrationReading ReadCalibration(const CsvReader& csv, const Site& site) {
+  return {ReadReading(csv, site), {csv.Number(4), csv.Number(5)}};
+}
+
 // Real receivers now and then report a power that cannot be. Such a row is no reason to refuse a
 // recording of an hour, but it is told.
 class ImpossiblePowers {
@@ -148,14 +155,34 @@ std::vector<Reading> LoadReadings(const std::filesystem::path& file, const Site&
 
 std::vector<CalibrationReading> LoadCalibration(const std::filesystem::path& file,
                                                 const Site& site) {
-  CsvReader csv(file, {"utime", "tag", "beacon", "rssi_dbm", "x_m", "y_m"});
+  CsvReader csv(file, kCalibrationColumns);
   std::vector<CalibrationReading> readings;
   ImpossiblePowers impossible(file);
   while (csv.Next()) {
-    CalibrationReading reading{ReadReading(csv, site), {csv.Number(4), csv.Number(5)}};
+    CalibrationReading reading = ReadCalibration(csv, site);
     if (!impossible.Holds(reading.reading.rssi_dbm, csv.line()))
       readings.push_back(std::move(reading));
   }
+  return readings;
+}
+
+std::vector<CalibrationReading> LoadRobotCalibration(const std::filesystem::path& file,
+                                                     const Site& site) {
+  CsvReader csv(file, kCalibrationColumns);
+  std::vector<CalibrationReading> readings;
+  int broken = 0;
+  std::string first;
+  while (true) {
+    try {
+      if (!csv.Next()) break;
+      CalibrationReading reading = ReadCalibration(csv, site);
+      reading.by_robot = true;
+      if (IsPlausibleRssi(reading.reading.rssi_dbm)) readings.push_back(std::move(reading));
+    } catch (const FileError& error) {
+      if (++broken == 1) first = error.what();
+    }
+  }
+  if (broken > 0) LogWarning(first + "; " + std::to_string(broken) + " such rows passed over");
   return readings;
 }
 

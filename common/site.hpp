@@ -49,6 +49,7 @@ struct Reading {
 struct CalibrationReading {
   Reading reading;
   Eigen::Vector2d position = Eigen::Vector2d::Zero();  // of the tag, m, map frame
+  bool by_robot = false;  // the robot took it, at the place where it believed itself to be
 };
 
 struct TruthEpoch {
@@ -62,6 +63,10 @@ struct TruthEpoch {
 std::vector<Reading> LoadReadings(const std::filesystem::path& file, const Site& site);
 std::vector<CalibrationReading> LoadCalibration(const std::filesystem::path& file,
                                                 const Site& site);
+// The same of what the robot recorded by itself: rows that a loss of power has broken, or that name
+// a beacon which is gone, are passed over with a warning.
+std::vector<CalibrationReading> LoadRobotCalibration(const std::filesystem::path& file,
+                                                     const Site& site);
 std::vector<TruthEpoch> LoadTruth(const std::filesystem::path& file);
 
 }  // namespace beckon

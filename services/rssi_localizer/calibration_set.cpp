@@ -13,13 +13,14 @@ struct Mean {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();
 };
 
-void CloseWindow(const Site& site, std::map<int, Mean>& window, Utime utime, int tag,
+void CloseWindow(const Site& site, std::map<int, Mean>& window, Utime utime, int tag, Origin origin,
                  CalibrationSet& set) {
   if (window.empty()) return;
   const int epoch = static_cast<int>(set.epochs.size());
   CalibrationEpoch& added = set.epochs.emplace_back();
   added.utime = utime;
   added.tag = tag;
+  added.origin = origin;
   int readings = 0;
   for (const auto& [beacon, mean] : window) {
     const int count = mean.rssi.count();
@@ -33,6 +34,7 @@ void CloseWindow(const Site& site, std::map<int, Mean>& window, Utime utime, int
                                        site.tag_height_m, sample.position);
     sample.readings = count;
     sample.epoch = epoch;
+    sample.origin = origin;
     added.heard.emplace_back(beacon, sample.rssi_dbm);
   }
   added.position /= readings;
@@ -71,9 +73,11 @@ double BeaconDistance(const Beacon& beacon, double tag_height_m, const Eigen::Ve
 CalibrationSet CalibrationSet::Build(const Site& site,
                                      const std::vector<CalibrationReading>& readings,
                                      Averaging averaging) {
-  std::map<std::string, std::vector<const CalibrationReading*>> by_tag;
+  // What the robot recorded stands apart from what was surveyed with the same tag.
+  std::map<std::pair<std::string, bool>, std::vector<const CalibrationReading*>> by_tag;
   for (const CalibrationReading& reading : readings) {
-    if (IsPlausibleRssi(reading.reading.rssi_dbm)) by_tag[reading.reading.tag].push_back(&reading);
+    if (IsPlausibleRssi(reading.reading.rssi_dbm))
+      by_tag[{reading.reading.tag, reading.by_robot}].push_back(&reading);
   }
   std::map<std::string, int> beacon_index;
   for (std::size_t i = 0; i < site.beacons.size(); ++i) {
@@ -87,6 +91,12 @@ CalibrationSet CalibrationSet::Build(const Site& site,
     std::stable_sort(of_tag.begin(), of_tag.end(), [](const auto* a, const auto* b) {
       return a->reading.utime < b->reading.utime;
     });
+    Origin origin = Origin::kSurvey;
+    if (tag.second) {
+      origin = Origin::kRobot;
+    } else if (beacon_index.contains(tag.first)) {
+      origin = Origin::kBeacons;
+    }
     std::map<int, Mean> window;
     Utime window_end = 0;
     const CalibrationReading* last = nullptr;
@@ -94,7 +104,7 @@ CalibrationSet CalibrationSet::Build(const Site& site,
       const auto beacon = beacon_index.find(reading->reading.beacon);
       if (beacon == beacon_index.end()) continue;
       if (!last || reading->reading.utime >= window_end) {
-        if (last) CloseWindow(site, window, last->reading.utime, tag_number, set);
+        if (last) CloseWindow(site, window, last->reading.utime, tag_number, origin, set);
         window_end = reading->reading.utime + window_us;
       }
       Mean& mean = window.try_emplace(beacon->second, Mean{RssiMean(averaging)}).first->second;
@@ -102,7 +112,7 @@ CalibrationSet CalibrationSet::Build(const Site& site,
       mean.position += reading->position;
       last = reading;
     }
-    if (last) CloseWindow(site, window, last->reading.utime, tag_number, set);
+    if (last) CloseWindow(site, window, last->reading.utime, tag_number, origin, set);
     ++tag_number;
   }
   WeighByPlace(set.samples);

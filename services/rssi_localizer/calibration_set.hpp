@@ -38,6 +38,13 @@ class RssiMean {
 // beacon.
 using Heard = std::vector<std::pair<int, double>>;
 
+// Who says where a calibration reading was taken.
+enum class Origin {
+  kSurvey,   // somebody who measured it
+  kBeacons,  // its place is known: one beacon heard another
+  kRobot,    // the robot, by its own pose
+};
+
 struct CalibrationSample {
   int beacon = 0;  // index in the site
   double rssi_dbm = 0.0;
@@ -48,6 +55,7 @@ struct CalibrationSample {
   double weight = 1.0;
   int readings = 1;  // of which this is the mean
   int epoch = 0;     // index in CalibrationSet::epochs
+  Origin origin = Origin::kSurvey;
 };
 
 struct CalibrationEpoch {
@@ -55,6 +63,7 @@ struct CalibrationEpoch {
   int tag = 0;                                         // running number
   Eigen::Vector2d position = Eigen::Vector2d::Zero();  // mean over its readings, m, map frame
   Heard heard;
+  Origin origin = Origin::kSurvey;
 };
 
 struct CalibrationSet {

@@ -22,8 +22,13 @@ ModelChoice Choose(const Site& site, const std::vector<CalibrationReading>& cali
     return ChooseModel(site, calibration, options.prior);
   }
   ModelChoice choice;
-  choice.parts = {
-      .offsets = true, .walls = false, .residual_map = false, .bodies = false, .histogram = false};
+  // Nothing is held back to judge what the robot heard by.
+  choice.parts = {.offsets = true,
+                  .walls = false,
+                  .residual_map = false,
+                  .bodies = false,
+                  .histogram = false,
+                  .by_robot = false};
   return choice;
 }
 

@@ -6,6 +6,7 @@
 #include "services/rssi_localizer/input_guard.hpp"
 #include "services/rssi_localizer/messages.hpp"
 #include "services/rssi_localizer/options.hpp"
+#include "services/rssi_localizer/own_readings.hpp"
 
 namespace beckon {
 namespace {
@@ -15,6 +16,10 @@ void Run(Service& service, const RssiLocalizerOptions& options) {
                       options.localizer);
   RobotLocalizer robot(localizer.model(), options.robot);
   LogInfo(options.site.name + ": " + localizer.model().description);
+  std::optional<OwnReadings> own_readings;
+  if (!options.own_readings.empty()) {
+    own_readings.emplace(options.own_readings, options.known_own_readings, options.site.window_s);
+  }
   InputGuard guard;
   MessageBus& bus = service.bus();
   const auto now = [&] { return service.clock().Now(); };
@@ -22,8 +27,18 @@ void Run(Service& service, const RssiLocalizerOptions& options) {
 
   bus.Subscribe<rssi_reading_t>(channels::kRssi, [&](const rssi_reading_t& message) {
     const Reading reading = ReadingFromMessage(message);
-    guard.Check(localizer.Add(reading, now()), reading, now());
+    const Localizer::Verdict verdict = localizer.Add(reading, now());
+    guard.Check(verdict, reading, now());
     robot.AddReading(reading);
+    if (!own_readings || verdict != Localizer::Verdict::kAccepted ||
+        reading.tag != options.robot.robot_tag) {
+      return;
+    }
+    const auto pose = robot.At(reading.utime);
+    if (pose && !own_readings->Add(reading, pose->translation())) {
+      LogWarning("what the robot hears can no longer be kept in " + options.own_readings.string());
+      own_readings.reset();
+    }
   });
   bus.Subscribe<bot_core::pose_t>(channels::kOdometry, [&](const bot_core::pose_t& message) {
     const auto pose = robot.AddOdometry(now(), message.utime, OdometryFromMessage(message));

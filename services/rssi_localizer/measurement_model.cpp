@@ -272,12 +272,25 @@ CellValues LogLikelihood(const MeasurementModel& model, const Heard& heard, cons
   return sum;
 }
 
+bool ModelParts::Uses(Origin origin) const {
+  switch (origin) {
+    case Origin::kBeacons:
+      return between_beacons;
+    case Origin::kRobot:
+      return by_robot;
+    case Origin::kSurvey:
+      break;
+  }
+  return true;
+}
+
 std::string ModelParts::Describe() const {
   std::string text = histogram ? "filtered map" : "log-normal";
   if (offsets) text += " + offsets";
   if (walls) text += " + walls";
   if (residual_map) text += " + residual map";
   if (bodies) text += " + bodies";
+  if (by_robot) text += ", with the robot's own readings";
   return text;
 }
 
@@ -286,7 +299,8 @@ FittedModel BuildFittedModel(const FloorGrid& grid, const Site& site,
                              const PathLoss& prior,
                              const std::optional<ResidualKernel>& known_kernel) {
   const int beacons = static_cast<int>(site.beacons.size());
-  const auto& samples = calibration.samples;
+  const std::vector<CalibrationSample> samples =
+      calibration.Keeping([&](const CalibrationSample& s) { return parts.Uses(s.origin); }).samples;
   const WallCounter walls(site.plan);
 
   // 1. Expected RSSI from distance, beacon and walls.

@@ -92,6 +92,11 @@ struct ModelParts {
   bool histogram = false;     // measured distribution of the residual, by distance, in place of the
                               // log-normal one where there are enough readings: the filtered map
 
+  // Fitted to these as well as to what was surveyed.
+  bool between_beacons = true;  // what beacons hear of each other
+  bool by_robot = true;         // what the robot heard, where it believed itself to be
+
+  bool Uses(Origin origin) const;
   std::string Describe() const;
 };
 

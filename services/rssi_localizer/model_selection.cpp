@@ -33,10 +33,19 @@ Square SquareOf(const Eigen::Vector2d& position) {
           std::lround(std::floor(position.y() / kSquareM))};
 }
 
-// Fold of each square in which there are epochs; empty where there are too few squares.
-std::map<Square, int> Folds(const CalibrationSet& calibration) {
+// What models are judged by: places that were surveyed, or where there are too few, all.
+struct Folds {
+  bool surveyed_only = false;
+  std::map<Square, int> of_square;  // empty where there are too few squares
+
+  bool Judges(Origin origin) const { return !surveyed_only || origin == Origin::kSurvey; }
+};
+
+std::map<Square, int> Divide(const CalibrationSet& calibration, const Folds& folds) {
   std::map<Square, int> fold_of;
-  for (const CalibrationEpoch& epoch : calibration.epochs) fold_of[SquareOf(epoch.position)] = 0;
+  for (const CalibrationEpoch& epoch : calibration.epochs) {
+    if (folds.Judges(epoch.origin)) fold_of[SquareOf(epoch.position)] = 0;
+  }
   if (fold_of.size() < 3) return {};
   int number = 0;
   for (auto& [at, fold] : fold_of) {
@@ -47,6 +56,20 @@ std::map<Square, int> Folds(const CalibrationSet& calibration) {
     ++number;
   }
   return fold_of;
+}
+
+Folds MakeFolds(const CalibrationSet& calibration) {
+  Folds folds{.surveyed_only = true, .of_square = {}};
+  folds.of_square = Divide(calibration, folds);
+  if (!folds.of_square.empty()) return folds;
+  folds.surveyed_only = false;
+  folds.of_square = Divide(calibration, folds);
+  return folds;
+}
+
+bool Holds(const CalibrationSet& calibration, Origin origin) {
+  return std::any_of(calibration.epochs.begin(), calibration.epochs.end(),
+                     [&](const CalibrationEpoch& epoch) { return epoch.origin == origin; });
 }
 
 struct Judgement {
@@ -82,20 +105,23 @@ Gain GainOver(const Judgement& reference, const Judgement& candidate) {
 
 class Judge {
  public:
-  Judge(const Site& site, const CalibrationSet& calibration, const PathLoss& prior,
-        std::map<Square, int> folds)
+  Judge(const Site& site, const CalibrationSet& calibration, const PathLoss& prior, Folds folds)
       : site_(site),
         calibration_(calibration),
         prior_(prior),
         folds_(std::move(folds)),
         grid_(site.plan, {.resolution_m = 0.25, .max_cells = kMaxCells}, Walked(calibration)) {
-    const std::size_t stride =
-        std::max<std::size_t>(1, calibration_.epochs.size() / kMaxJudgedEpochs);
+    std::vector<std::size_t> epochs;
+    for (std::size_t i = 0; i < calibration.epochs.size(); ++i) {
+      if (folds_.Judges(calibration.epochs[i].origin)) epochs.push_back(i);
+    }
+    const std::size_t stride = std::max<std::size_t>(1, epochs.size() / kMaxJudgedEpochs);
     std::map<Square, int> number;
-    for (std::size_t i = 0; i < calibration.epochs.size(); i += stride) {
+    for (std::size_t at = 0; at < epochs.size(); at += stride) {
+      const std::size_t i = epochs[at];
       const Square square = SquareOf(calibration.epochs[i].position);
       const int known = number.try_emplace(square, static_cast<int>(number.size())).first->second;
-      judged_.push_back({i, folds_.at(square), known});
+      judged_.push_back({i, folds_.of_square.at(square), known});
     }
     squares_ = number.size();
   }
@@ -105,8 +131,7 @@ class Judge {
     // Its three numbers may well come from all readings: what is held back is what they say of a
     // place.
     if (parts.residual_map && !Kernel(parts)) {
-      kernels_[{parts.offsets, parts.walls}] =
-          BuildFittedModel(grid_, site_, calibration_, parts, prior_).kernel;
+      kernels_[KeyOf(parts)] = BuildFittedModel(grid_, site_, calibration_, parts, prior_).kernel;
     }
     std::vector<Judgement> judgements;
     for (const int most : strongest) {
@@ -132,13 +157,19 @@ class Judge {
 
   // Of the residual map in a model of these parts, which was judged before.
   std::optional<ResidualKernel> Kernel(const ModelParts& parts) const {
-    const auto known = kernels_.find({parts.offsets, parts.walls});
+    const auto known = kernels_.find(KeyOf(parts));
     if (!parts.residual_map || known == kernels_.end()) return std::nullopt;
     return known->second;
   }
   int epochs() const { return static_cast<int>(judged_.size()); }
 
  private:
+  // What the map is made of: the readings that are used, and what offsets and walls leave of them.
+  using KernelKey = std::array<bool, 4>;
+  static KernelKey KeyOf(const ModelParts& parts) {
+    return {parts.between_beacons, parts.by_robot, parts.offsets, parts.walls};
+  }
+
   struct Judged {
     std::size_t epoch;
     int fold;
@@ -183,8 +214,8 @@ class Judge {
 
   CalibrationSet WithoutFold(int fold) const {
     const auto is_held_back = [&](const Square& square) {
-      const auto known = folds_.find(square);
-      return known != folds_.end() && known->second == fold;
+      const auto known = folds_.of_square.find(square);
+      return known != folds_.of_square.end() && known->second == fold;
     };
     std::set<Square> beacon_squares;
     for (const Beacon& beacon : site_.beacons) {
@@ -236,12 +267,11 @@ class Judge {
   const Site& site_;
   const CalibrationSet& calibration_;
   const PathLoss& prior_;
-  std::map<Square, int> folds_;
+  Folds folds_;
   FloorGrid grid_;
   std::vector<Judged> judged_;
   std::size_t squares_ = 0;
-  // By offsets and walls: the map is of what they leave.
-  std::map<std::pair<bool, bool>, std::optional<ResidualKernel>> kernels_;
+  std::map<KernelKey, std::optional<ResidualKernel>> kernels_;
 };
 
 }  // namespace
@@ -263,12 +293,17 @@ ModelChoice ChooseModel(const Site& site, const std::vector<CalibrationReading>&
                         const PathLoss& prior) {
   ModelChoice choice;
   const CalibrationSet calibration = CalibrationSet::Build(site, readings, choice.averaging);
-  const std::map<Square, int> folds = Folds(calibration);
-  if (folds.empty()) return choice;
+  const Folds folds = MakeFolds(calibration);
+  if (folds.of_square.empty()) return choice;
   Judge judge(site, calibration, prior, folds);
 
-  ModelParts parts{
-      .offsets = false, .walls = false, .residual_map = false, .bodies = true, .histogram = false};
+  ModelParts parts{.offsets = false,
+                   .walls = false,
+                   .residual_map = false,
+                   .bodies = true,
+                   .histogram = false,
+                   .between_beacons = false,
+                   .by_robot = false};
   Judgement best = judge.Of(parts, {kAll});
   const auto keep_if_better = [&](const std::string& what, const Judgement& judgement) {
     const Gain gain = GainOver(best, judgement);
@@ -277,21 +312,32 @@ ModelChoice ChooseModel(const Site& site, const std::vector<CalibrationReading>&
     if (kept) best = judgement;
     return kept;
   };
-  const auto keep_part_if_better = [&](const std::string& what, bool ModelParts::*part,
-                                       bool value) {
+  const auto keep_part_if_better = [&](const std::string& what, bool ModelParts::*part, bool value,
+                                       Judge& by) {
     ModelParts candidate = parts;
     candidate.*part = value;
-    if (keep_if_better(what, judge.Of(candidate, {best.trust.strongest}))) parts = candidate;
+    if (keep_if_better(what, by.Of(candidate, {best.trust.strongest}))) parts = candidate;
   };
+  // What the place tells of itself has to agree with what is held back: with what was surveyed, or
+  // where little was, with itself.
+  const auto use_own_if_better = [&](Judge& by) {
+    if (Holds(calibration, Origin::kBeacons)) {
+      keep_part_if_better("readings between beacons", &ModelParts::between_beacons, true, by);
+    }
+    if (Holds(calibration, Origin::kRobot)) {
+      keep_part_if_better("the robot's own readings", &ModelParts::by_robot, true, by);
+    }
+  };
+  if (!folds.surveyed_only) use_own_if_better(judge);
   // The simplest comes first, so that nothing is added for what less would explain.
   std::vector<std::pair<std::string, bool ModelParts::*>> order = {
       {"offsets", &ModelParts::offsets}, {"residual map", &ModelParts::residual_map}};
   if (WallCounter(site.plan).has_walls()) order.emplace_back("walls", &ModelParts::walls);
   order.emplace_back("histogram", &ModelParts::histogram);
-  for (const auto& [what, part] : order) keep_part_if_better(what, part, true);
+  for (const auto& [what, part] : order) keep_part_if_better(what, part, true, judge);
   keep_if_better("only the strongest readings", judge.Of(parts, {4, 6, 8, 12}));
   // Presumed, as calibration is often done by one person who keeps out of the way.
-  keep_part_if_better("no bodies in the way", &ModelParts::bodies, false);
+  keep_part_if_better("no bodies in the way", &ModelParts::bodies, false, judge);
   // Neither way of averaging is the richer description: the better one is taken.
   const CalibrationSet in_decibels = CalibrationSet::Build(site, readings, Averaging::kDecibels);
   Judge judge_in_decibels(site, in_decibels, prior, folds);
@@ -304,9 +350,12 @@ ModelChoice ChooseModel(const Site& site, const std::vector<CalibrationReading>&
     choice.averaging = Averaging::kDecibels;
   }
 
+  Judge& chosen = decibels ? judge_in_decibels : judge;
+  if (folds.surveyed_only) use_own_if_better(chosen);
+
   choice.parts = parts;
   choice.trust = best.trust;
-  choice.kernel = (decibels ? judge_in_decibels : judge).Kernel(parts);
+  choice.kernel = chosen.Kernel(parts);
   choice.held_back_epochs = judge.epochs();
   choice.held_back_error_m = best.error_m;
   choice.held_back_log_score = best.LogScore();

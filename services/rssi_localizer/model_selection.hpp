@@ -20,7 +20,12 @@ struct Trial {
 };
 
 struct ModelChoice {
-  ModelParts parts{.offsets = true, .walls = false, .residual_map = false, .histogram = true};
+  ModelParts parts{.offsets = true,
+                   .walls = false,
+                   .residual_map = false,
+                   .histogram = true,
+                   .between_beacons = false,
+                   .by_robot = false};
   Trust trust;
   Averaging averaging = Averaging::kPower;
   std::optional<ResidualKernel> kernel;

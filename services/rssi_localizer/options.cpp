@@ -57,6 +57,16 @@ RssiLocalizerOptions ReadRssiLocalizerOptions(ConfigFile& file) {
     table.Optional("map_from_odometry", start, 3);
     options.robot.map_from_odometry = Pose2{start[0], start[1], start[2]};
   }
+  table.OptionalPath("own_readings", options.own_readings);
+  if (!options.own_readings.empty() &&
+      !std::filesystem::is_directory(options.own_readings.parent_path())) {
+    table.Fail("own_readings", "there is no folder " + options.own_readings.parent_path().string());
+  }
+  if (std::filesystem::exists(options.own_readings)) {
+    const auto own = LoadRobotCalibration(options.own_readings, options.site);
+    options.known_own_readings = static_cast<int>(own.size());
+    options.calibration.insert(options.calibration.end(), own.begin(), own.end());
+  }
   return options;
 }
 

@@ -1,6 +1,7 @@
 // Configuration of rssi_localizer: tables [site] and [rssi_localizer].
 #pragma once
 
+#include <filesystem>
 #include <vector>
 
 #include "common/config.hpp"
@@ -15,6 +16,8 @@ struct RssiLocalizerOptions {
   std::vector<CalibrationReading> calibration;  // empty: the site has no calibration.csv
   LocalizerOptions localizer;
   RobotLocalizerOptions robot;
+  std::filesystem::path own_readings;  // file that the robot calibrates itself with; empty: none
+  int known_own_readings = 0;          // that it holds, which are in `calibration`
   double update_period_s = 0.5;
   int maps_per_update = 4;  // LOCATION_MAP of so many tags each time, in turn
 };

@@ -37,6 +37,9 @@ class RobotLocalizer {
   void AddScan(Instant now, Utime utime, const RangeScan& scan);
   // A reading that Localizer has accepted. Those of other tags are none of its business.
   void AddReading(const Reading& reading);
+  // Where the robot is on the map at `utime`, within the last seconds; nothing while that is not
+  // known.
+  std::optional<Pose2> At(Utime utime) const;
   // Where Localizer finds the robot's tag.
   void AddLocation(const TagLocation& location);
 
@@ -55,7 +58,6 @@ class RobotLocalizer {
   void Follow(Utime newest);
   bool MoveTo(Utime utime);
   void JumpTo(Utime utime);
-  std::optional<Pose2> At(Utime utime) const;
   void UseRadio();
 
   const SiteModel& model_;

@@ -52,6 +52,17 @@ TEST_F(Options, TakeTheStartOfOdometry) {
   EXPECT_EQ(options.robot.map_from_odometry->theta, 0.5);
 }
 
+TEST_F(Options, WhatTheRobotRecordedIsCalibrationToo) {
+  EXPECT_TRUE(Read("own_readings = \"own.csv\"\n").calibration.empty()) << "not begun yet";
+  folder_.Write("own.csv", "utime,tag,beacon,rssi_dbm,x_m,y_m\n1,robot,a,-60,1,1\n");
+  const RssiLocalizerOptions options = Read("own_readings = \"own.csv\"\n");
+  ASSERT_EQ(options.calibration.size(), 1U);
+  EXPECT_TRUE(options.calibration[0].by_robot);
+  EXPECT_EQ(options.known_own_readings, 1);
+  EXPECT_THAT(Refusal("own_readings = \"nowhere/own.csv\"\n"),
+              AllOf(HasSubstr("rssi_localizer.own_readings"), HasSubstr("nowhere")));
+}
+
 TEST_F(Options, ErrorsNameFileLineAndKey) {
   EXPECT_THAT(Refusal("resolution_m = -1.0\n"),
               AllOf(HasSubstr("robot.toml:4"), HasSubstr("rssi_localizer.resolution_m")));

@@ -38,20 +38,21 @@ class Program : public ::testing::Test {
     }
     folder_.Write("site/site.toml", text);
     std::string csv = "utime,tag,beacon,rssi_dbm,x_m,y_m\n";
-    for (const auto& [reading, position] :
+    for (const CalibrationReading& at :
          testing::ExampleCalibration(site_, ExamplePathLoss(), 100, 4.0)) {
-      csv += std::to_string(reading.utime) + ",tag," + reading.beacon + "," +
-             std::to_string(reading.rssi_dbm) + "," + std::to_string(position.x()) + "," +
-             std::to_string(position.y()) + "\n";
+      csv += std::to_string(at.reading.utime) + ",tag," + at.reading.beacon + "," +
+             std::to_string(at.reading.rssi_dbm) + "," + std::to_string(at.position.x()) + "," +
+             std::to_string(at.position.y()) + "\n";
     }
     folder_.Write("site/calibration.csv", csv);
   }
 
-  void Start() {
+  void Start(const std::string& more = "") {
     const auto config =
         folder_.Write("robot.toml",
                       "[site]\nfolder = \"site\"\n[rssi_localizer]\n"
-                      "update_period_s = 0.1\nmap_from_odometry = [1.0, 2.0, 0.0]\n");
+                      "update_period_s = 0.1\nmap_from_odometry = [1.0, 2.0, 0.0]\n" +
+                          more);
     process_.emplace("rssi_localizer", std::vector<std::string>{"--config", config.string()});
     ASSERT_TRUE(DispatchUntil(bus_, [&] { return health_.size() > 0; }));
   }
@@ -142,6 +143,29 @@ TEST_F(Program, AnswersOdometryWithTheRobotPose) {
   EXPECT_NEAR(poses_.messages()[0].pos[0], 1.5, 0.03);
   EXPECT_NEAR(poses_.messages()[0].pos[1], 2.25, 0.03);
   EXPECT_NEAR(PoseFromMessage(poses_.messages()[0]).theta, 1.0, 0.015);
+}
+
+TEST_F(Program, KeepsWhatTheRobotHearsAlongItsWay) {
+  Start("own_readings = \"own.csv\"\n");
+  double x = 0.0;
+  Utime utime = SystemClock().Now().utime;
+  const auto file = folder_.path() / "own.csv";
+  ASSERT_TRUE(DispatchUntil(bus_, [&] {
+    x = std::min(3.0, x + 0.05);
+    bus_.Publish(channels::kOdometry, MessageFromPose(utime += 20'000, {x, 0.0, 0.0}, 0.0, 0.0));
+    rssi_reading_t message{};
+    message.utime = utime;
+    message.tag = "robot";
+    message.beacon = "a";
+    message.rssi_dbm = -60.0F;
+    bus_.Publish(channels::kRssi, message);
+    return std::filesystem::exists(file) && LoadRobotCalibration(file, site_).size() >= 20;
+  }));
+  const auto readings = LoadRobotCalibration(file, site_);
+  EXPECT_EQ(readings.front().reading.tag, "robot");
+  // The odometry frame lies at (1, 2).
+  EXPECT_GT(readings.back().position.x(), 1.3);
+  EXPECT_NEAR(readings.back().position.y(), 2.0, 0.2);
 }
 
 TEST_F(Program, RefusesABadConfiguration) {

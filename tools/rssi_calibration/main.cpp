@@ -15,9 +15,12 @@ int main(int argc, char** argv) {
       "start, and shows how well each beacon agrees with it.",
       "calibrate_rssi");
   std::string folder;
+  std::string own_readings;
   std::string picture;
   bool as_json = false;
   app.add_option("SITE", folder, "Site folder: site.toml, calibration.csv")->required();
+  app.add_option("--own-readings", own_readings,
+                 "What the robot has recorded (own_readings of rssi_localizer), to use as well");
   app.add_option("--picture", picture, "Picture to write: RSSI over distance, with the fit");
   app.add_flag("--json", as_json, "Print JSON");
   try {
@@ -27,7 +30,7 @@ int main(int argc, char** argv) {
   }
   beckon::StartLogging("calibrate_rssi", beckon::LogLevel::kWarning);
   try {
-    const beckon::RadioFit fit = beckon::FitRadio(folder);
+    const beckon::RadioFit fit = beckon::FitRadio(folder, own_readings);
     std::cout << (as_json ? beckon::RadioFitAsJson(fit) : beckon::RadioFitAsTable(fit));
     if (!picture.empty() && !cv::imwrite(picture, beckon::DrawRadioFit(fit))) {
       throw beckon::FileError(picture, "cannot be written");

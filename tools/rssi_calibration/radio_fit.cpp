@@ -33,11 +33,15 @@ ResidualStatistics Describe(const std::vector<double>& residuals, int readings) 
 
 }  // namespace
 
-RadioFit FitRadio(const std::filesystem::path& folder) {
+RadioFit FitRadio(const std::filesystem::path& folder, const std::filesystem::path& own_readings) {
   RadioFit fit;
   fit.site = Site::Load(folder);
   const std::filesystem::path file = folder / "calibration.csv";
-  const std::vector<CalibrationReading> readings = LoadCalibration(file, fit.site);
+  std::vector<CalibrationReading> readings = LoadCalibration(file, fit.site);
+  if (!own_readings.empty()) {
+    const auto own = LoadRobotCalibration(own_readings, fit.site);
+    readings.insert(readings.end(), own.begin(), own.end());
+  }
   const SiteModel model = SiteModel::Fit(fit.site, readings, {});
   fit.choice = model.choice;
   const CalibrationSet calibration =

@@ -50,6 +50,7 @@ struct RadioFit {
 // Fits as rssi_localizer does at its start; residuals are those of the path loss with its offsets
 // and walls, before the residual map. Reads FOLDER/site.toml and FOLDER/calibration.csv. Throws
 // ConfigError or FileError naming file, line and key; FileError for a calibration without readings.
-RadioFit FitRadio(const std::filesystem::path& folder);
+RadioFit FitRadio(const std::filesystem::path& folder,
+                  const std::filesystem::path& own_readings = {});
 
 }  // namespace beckon
