@@ -40,8 +40,16 @@ class PoseHistory {
     auto after = std::lower_bound(entries_.begin(), entries_.end(), utime,
                                   [](const Entry& entry, Utime t) { return entry.utime < t; });
     if (after == entries_.begin()) return after->pose;
-    if (after == entries_.end()) --after;
-    const auto before = std::prev(after);
+    const bool extrapolates = after == entries_.end();
+    if (extrapolates) --after;
+    auto before = std::prev(after);
+    // Two poses that arrived almost together make any velocity.
+    constexpr Utime kLeastBaseUs = 20'000;
+    while (extrapolates && before != entries_.begin() &&
+           after->utime - before->utime < kLeastBaseUs) {
+      --before;
+    }
+    if (extrapolates && after->utime - before->utime < kLeastBaseUs) return after->pose;
     const double part = static_cast<double>(utime - before->utime) /
                         static_cast<double>(after->utime - before->utime);
     const double turn = WrapAngle(after->pose.theta - before->pose.theta);

@@ -64,9 +64,10 @@ cv::Mat GroundEvidence(const GroundCamera& camera, const cv::Mat& now, const cv:
   const auto difference_at = [&](double ratio) {
     return CellDifference(now, before, BeforeFromNow(camera, before_pose, now_pose, ratio), cells);
   };
-  cv::Mat ground = difference_at(0.0);
+  const cv::Mat ground = difference_at(0.0);
+  cv::Mat below(cells, CV_32FC1, cv::Scalar(std::numeric_limits<float>::infinity()));
   for (const double ratio : options.reflection_ratios) {
-    cv::min(ground, difference_at(ratio), ground);
+    cv::min(below, difference_at(ratio), below);
   }
   cv::Mat alternative(cells, CV_32FC1, cv::Scalar(std::numeric_limits<float>::infinity()));
   for (const double ratio : options.height_ratios) {
@@ -86,8 +87,19 @@ cv::Mat GroundEvidence(const GroundCamera& camera, const cv::Mat& now, const cv:
       if (!std::isfinite(as_ground) || !std::isfinite(otherwise)) continue;
       // The best of several alternatives wins by noise alone a little more often than not: the
       // noise in the denominator keeps that near 0.
-      const float balance =
-          (otherwise - as_ground) / (otherwise + as_ground + 2.0F * options.noise_grey);
+      const auto balance_of = [&](float worse, float better) {
+        return (worse - better) / (worse + better + 2.0F * options.noise_grey);
+      };
+      // What moves like a plane below the ground does not stand up. But it may be the floor at the
+      // bottom of a step and no reflection: the clearer it lies below, the less it is ground.
+      const float as_below = below.at<float>(row, column);
+      float balance = balance_of(otherwise, std::min(as_ground, as_below));
+      if (balance > 0.0F) {
+        constexpr float kClearlyBelow = 0.3F;
+        const float lies_below = std::max(0.0F, balance_of(as_ground, as_below));
+        balance = std::max(0.0F, balance_of(otherwise, as_ground)) *
+                  std::max(0.0F, 1.0F - lies_below / kClearlyBelow);
+      }
       // Where neither fits, for the texture that there is, something was hidden before or moves by
       // itself, and which of the two misfits less means little.
       const float misfit =

@@ -13,13 +13,14 @@ namespace beckon {
 struct ParallaxOptions {
   // The alternatives to ground: planes at these shares of the camera's height.
   std::vector<double> height_ratios = {0.12, 0.25, 0.42, 0.62, 0.8};
-  // Reflections in a shiny floor move like planes below it; such a place is ground all the same.
+  // Reflections in a shiny floor move like planes below it, and so does the floor at the bottom of a
+  // step: such a place does not stand up, and is not proven to be ground.
   std::vector<double> reflection_ratios = {-0.6, -2.0, -8.0};
   float noise_grey = 1.0F;  // mean absolute difference that noise and resampling leave, grey levels
 };
 
 // Evidence for each cell of a grid over the picture, CV_32FC1 of `cells`: 1 = moves like the ground
-// (or a reflection in it) and not otherwise, -1 = moves like one of the alternatives and not like
+// and not otherwise, -1 = moves like one of the alternatives and not like
 // the ground, 0 = cannot be told (no texture, no parallax, not seen before, or at or above the
 // horizon). `now`, `before`: CV_8UC1 at half the size of `camera`'s pictures. Sums of absolute
 // differences under both hypotheses, over the cell's own texture, so that a plain floor and a plain

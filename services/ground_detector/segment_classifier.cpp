@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core/eigen.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "services/ground_detector/random_walk.hpp"
@@ -37,6 +38,16 @@ float Bhattacharyya(const cv::Vec3f& mean_a, const cv::Vec3f& variance_a, const 
   return std::exp(-distance);
 }
 
+// 255 where two pictures differ by more than noise and a little more or less light.
+cv::Mat IsUnlike(const cv::Mat& a, const cv::Mat& b) {
+  constexpr double kUnlike = 12.0;  // of 255, in any channel
+  cv::Mat difference;
+  cv::absdiff(a, b, difference);
+  cv::Mat channels[3];
+  cv::split(difference, channels);
+  return cv::max(cv::max(channels[0], channels[1]), channels[2]) > kUnlike;
+}
+
 }  // namespace
 
 void SegmentClassifier::Restart() {
@@ -45,6 +56,7 @@ void SegmentClassifier::Restart() {
   motion_.clear();
   cell_motion_.release();
   log_odds_.release();
+  bgr_.release();
 }
 
 std::vector<SegmentClassifier::Appearance> SegmentClassifier::Describe(const SegmentScene& scene) {
@@ -100,14 +112,19 @@ cv::Mat SegmentClassifier::CellMotion(const SegmentScene& scene) const {
   cv::Mat motion(scene.segments.ids.size(), CV_32FC1, cv::Scalar(0.0));
   if (!cell_motion_.empty() && scene.before_from_now && cell_motion_.size() == motion.size()) {
     cv::Matx33d matrix;
-    for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 3; ++column) {
-        matrix(row, column) = (*scene.before_from_now)(row, column);
-      }
+    cv::eigen2cv(*scene.before_from_now, matrix);
+    const auto follow = [&](const cv::Mat& before, cv::Mat& now, cv::BorderTypes border) {
+      cv::warpPerspective(before, now, matrix, motion.size(),
+                          cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, border);
+    };
+    follow(cell_motion_, motion, cv::BORDER_CONSTANT);
+    if (scene.evidence.empty()) {
+      // What motion has said of a place holds while the place looks the same: nobody may step in
+      // and be ground for what was seen before.
+      cv::Mat expected;
+      follow(bgr_, expected, cv::BORDER_REPLICATE);
+      motion.setTo(0.0, IsUnlike(scene.bgr, expected));
     }
-    cv::warpPerspective(cell_motion_, motion, matrix, motion.size(),
-                        cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT,
-                        cv::Scalar(0.0));
   }
   if (scene.evidence.empty()) return motion;
   motion = options_.keep * motion + scene.evidence;
@@ -224,6 +241,7 @@ cv::Mat SegmentClassifier::Update(const SegmentScene& scene) {
       SpreadBeliefs(beliefs, scene.segments.colours, scene.segments.modes, log_odds_);
   Learn(scene, cell_motion, log_odds);
   ids_ = ids;
+  bgr_ = scene.bgr;
   appearance_ = appearance;
   motion_ = motion;
   cell_motion_ = cell_motion;

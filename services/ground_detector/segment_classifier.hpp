@@ -68,6 +68,7 @@ class SegmentClassifier {
   std::vector<float> motion_;  // log-odds of ground from motion alone, of each segment
   cv::Mat cell_motion_;        // and of each cell, CV_32FC1
   cv::Mat log_odds_;
+  cv::Mat bgr_;
 };
 
 }  // namespace beckon

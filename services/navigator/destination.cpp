@@ -106,6 +106,7 @@ bool Destination::HasGone(Instant now, const Eigen::Vector2d& base) {
   if (!is_gone || SecondsSince(now, *arrival_->gone_since) < kGoneS) return false;
   arrival_.reset();
   tried_.clear();
+  search_.reset();
   return true;
 }
 

@@ -14,6 +14,9 @@ constexpr double kNearM = 0.6;  // of it, where obstacles beside the way slow th
 // Speed beside things: so much where it all but touches, and more with every metre of room.
 constexpr double kNarrowMps = 0.10;
 constexpr double kMpsPerM = 2.0;
+// Beside somebody who walks the robot is the slower one: it does not overtake him out of its sight.
+constexpr double kBesideM = 1.0;  // from its rim
+constexpr double kBesideMps = 0.3;
 constexpr double kCreepMps = 0.05;  // slower than this is standing
 constexpr double kTurnDoneRad = 0.12;
 constexpr double kTurnWhenStuckRad = 0.15;
@@ -207,6 +210,9 @@ Step PathFollower::Follow(Instant now, const std::vector<Eigen::Vector2d>& route
   const double to_obstacle = SpeedToStopWithin(view.free_m - options_.margin_m);
   const double to_unseen = SpeedToStopWithin(view.seen_m - options_.margin_m);
   speed = std::min({speed, to_obstacle, to_unseen});
+  if (surroundings.NearestMover(local_from_base.translation()) < robot_.radius_m + kBesideM) {
+    speed = std::min(speed, kBesideMps);
+  }
 
   if (speed < kCreepMps) {
     // What is ahead of the nose is not what is ahead on the route: look there first.

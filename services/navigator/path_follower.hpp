@@ -18,7 +18,8 @@ struct FollowerOptions {
   double scan_turn_radps =
       0.8;                 // turns on the spot are no faster: the camera has to see where they end
   double margin_m = 0.04;  // kept free around the disc; more than the safety monitor's
-  double reaction_s = 0.25;  // as the safety monitor's, with something to spare
+  static constexpr double kSpareS = 0.05;
+  double reaction_s = 0.2 + kSpareS;  // the safety monitor's, with something to spare
 };
 void ReadFollowerOptions(ConfigTable& table, FollowerOptions& options);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 namespace beckon {
 namespace {
@@ -84,6 +85,7 @@ void Surroundings::DropGrid() {
 void Surroundings::Clear() {
   grid_.reset();
   scan_.reset();
+  movers_.Clear();
   window_ = {};  // all layers begin anew
 }
 
@@ -110,7 +112,9 @@ void Surroundings::MoveWindow(const Eigen::Vector2d& middle) {
 }
 
 void Surroundings::Update(Instant now, const Pose2& local_from_base) {
-  now_s_ = std::chrono::duration<float>(now.steady).count();
+  const bool is_first = !began_;
+  if (is_first) began_ = now;
+  now_s_ = static_cast<float>(SecondsSince(now, *began_));
   base_ = local_from_base.translation();
   if (grid_ && SecondsSince(now, grid_at_) > kGridTimeoutS) DropGrid();
   const Eigen::Vector2d middle = window_.origin + Eigen::Vector2d::Constant(0.5 * kWindowSideM);
@@ -119,8 +123,7 @@ void Surroundings::Update(Instant now, const Pose2& local_from_base) {
     is_grid_drawn_ = false;
     is_changed_ = true;
   }
-  if (!has_started_) AddStand(base_, robot_.radius_m + kFirstStandM, kFirstStandS);
-  has_started_ = true;
+  if (is_first) AddStand(base_, robot_.radius_m + kFirstStandM, kFirstStandS);
   AddStand(base_, robot_.radius_m, kStandS);
   if (!is_changed_) return;
   is_changed_ = false;
@@ -146,8 +149,10 @@ void Surroundings::Update(Instant now, const Pose2& local_from_base) {
 
 void Surroundings::AddStand(const Eigen::Vector2d& base, double radius_m, double seconds) {
   const int radius = static_cast<int>(std::lround(kFractions * radius_m / kResolutionM));
-  cv::circle(seen_until_, Pixel(base), radius, cv::Scalar(now_s_ + seconds), cv::FILLED, cv::LINE_8,
+  cv::Mat stand(window_.height, window_.width, CV_32FC1, cv::Scalar(0.0));
+  cv::circle(stand, Pixel(base), radius, cv::Scalar(now_s_ + seconds), cv::FILLED, cv::LINE_8,
              kFractionBits);
+  seen_until_ = cv::max(seen_until_, stand);  // a longer promise stands
 }
 
 void Surroundings::DrawGrid() {
@@ -202,8 +207,10 @@ void Surroundings::AddScan() {
         Pixel(camera + seen * direction_at(bearing + half_step))};
     cv::fillConvexPoly(floor, wedge.data(), 3, cv::Scalar(255), cv::LINE_8, kFractionBits);
   }
+  const bool is_new = std::exchange(is_scan_new_, false);
+  if (is_new) movers_.Add(now_s_, Suspects());
   seen_ |= floor;
-  seen_until_.setTo(now_s_ + kSightS, floor);
+  cv::Mat(cv::max(seen_until_, now_s_ + kSightS)).copyTo(seen_until_, floor);
   hidden_until_.setTo(0.0, floor);  // it would hide the floor behind it
 
   std::vector<std::size_t> blind_hits;
@@ -216,8 +223,7 @@ void Surroundings::AddScan() {
       blind_hits.push_back(ray);
     }
   }
-  if (!is_scan_new_ || blind_hits.empty()) return;
-  is_scan_new_ = false;
+  if (!is_new || blind_hits.empty()) return;
   cv::Mat to_known;  // in cells
   cv::distanceTransform(obstacles_, to_known, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   cv::Mat shown(window_.height, window_.width, CV_8UC1, cv::Scalar(0));
@@ -231,6 +237,30 @@ void Surroundings::AddScan() {
   cv::Mat until = cv::max(hidden_until_, now_s_) + kHiddenPerScanS;
   until = cv::min(until, now_s_ + kHiddenS);
   until.copyTo(hidden_until_, shown);
+}
+
+std::vector<Eigen::Vector2d> Surroundings::Suspects() const {
+  constexpr double kWithinM = 3.0;   // farther hits err by too much
+  constexpr double kBehindM = 0.12;  // what stands still seems to come nearer by less
+  constexpr double kBodyM = 0.15;
+  constexpr double kJustNowS = 1.0;
+  const auto was_floor = [&](const Eigen::Vector2d& point) {
+    const int column = window_.Column(point.x());
+    const int row = window_.Row(point.y());
+    if (!window_.Contains(column, row)) return false;
+    const double shown_s = seen_until_.at<float>(row, column) - kSightS;
+    return shown_s > now_s_ - kJustNowS && shown_s <= now_s_;
+  };
+  std::vector<Eigen::Vector2d> suspects;
+  for (std::size_t ray = 0; ray < scan_->ranges_m.size(); ++ray) {
+    const double range = scan_->ranges_m[ray];
+    if (!(range < kWithinM) || scan_->ground_seen_m[ray] <= 0.0F) continue;
+    const double heading = local_from_scan_.theta + scan_->Bearing(ray);
+    const Eigen::Vector2d direction(std::cos(heading), std::sin(heading));
+    const Eigen::Vector2d hit = local_from_scan_.translation() + range * direction;
+    if (was_floor(hit + kBehindM * direction)) suspects.push_back(hit + kBodyM * direction);
+  }
+  return suspects;
 }
 
 // Not even the nearest visible pixel is floor. What is there stands at this range or anywhere
@@ -328,8 +358,11 @@ ArcView LookAlong(const Surroundings& surroundings, const RobotOptions& robot,
   ArcView view{length_m, length_m, std::nullopt, at_start - robot.radius_m};
   const double rim_m = robot.radius_m + margin_m;
   Pose2 pose = local_from_base;
-  constexpr double step = 0.025;
-  for (double way = step; way <= length_m; way += step) {
+  constexpr double kLongestStepM = 0.025;
+  const int steps = static_cast<int>(std::ceil(length_m / kLongestStepM));
+  const double step = length_m / std::max(1, steps);
+  for (int i = 1; i <= steps; ++i) {
+    const double way = i * step;
     // Middle of the arc's piece: exact enough at steps of centimetres.
     const double heading = pose.theta + 0.5 * direction * step * curvature_per_m;
     pose.x += direction * step * std::cos(heading);

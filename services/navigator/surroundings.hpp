@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "services/navigator/movers.hpp"
 #include "services/navigator/types.hpp"
 
 namespace beckon {
@@ -43,6 +44,10 @@ class Surroundings {
   // Middles of the cells where something stands that GRID cannot know: too near for the camera.
   std::vector<Eigen::Vector2d> Hidden() const;
 
+  // From a point to where somebody who moves was seen within the last seconds, m; inf where nobody
+  // was.
+  double NearestMover(const Eigen::Vector2d& point) const { return movers_.Nearest(now_s_, point); }
+
   const std::optional<SeenGrid>& grid() const { return grid_; }
   const Pose2& local_from_grid() const { return local_from_grid_; }
 
@@ -51,6 +56,8 @@ class Surroundings {
   void DrawGrid();
   // Takes over what the newest scan shows.
   void AddScan();
+  // Where the newest scan shows something, and an earlier one of the last second floor.
+  std::vector<Eigen::Vector2d> Suspects() const;
   // Where that stands which is too near for the camera, by a ray that sees no floor at all.
   // `to_known`: CV_32FC1, from each cell to the nearest that is known to be occupied, cells.
   Eigen::Vector2d HiddenPlace(const Eigen::Vector2d& direction, double range_m,
@@ -69,11 +76,12 @@ class Surroundings {
   Pose2 local_from_scan_;
   bool is_changed_ = false;
   bool is_scan_new_ = false;  // not yet counted among those that show something hidden
-  bool has_started_ = false;
-  float now_s_ = 0.0F;  // steady time
+  std::optional<Instant> began_;
+  float now_s_ = 0.0F;  // steady time since then: a float has no tenths left after months
   Eigen::Vector2d base_ = Eigen::Vector2d::Zero();
 
   GridGeometry window_;  // around the robot
+  Movers movers_;
   // What lasts, in steady seconds until when it holds; CV_32FC1.
   cv::Mat seen_until_;    // the floor was shown by a scan, or the robot has stood there
   cv::Mat hidden_until_;  // something stands here or just beyond, too near for the camera

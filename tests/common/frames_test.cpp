@@ -5,6 +5,7 @@
 #include <random>
 
 #include "common/grid.hpp"
+#include "common/pose_history.hpp"
 #include "common/pose_message.hpp"
 
 namespace beckon {
@@ -81,6 +82,25 @@ TEST(GridGeometry, NonsenseIsRefused) {
   EXPECT_THROW(GridGeometry::Covering({0.0, 0.0}, {1.0, 1.0}, 0.0), std::invalid_argument);
   EXPECT_THROW(GridGeometry::Covering({0.0, 0.0}, {-1.0, 1.0}, 0.1), std::invalid_argument);
   EXPECT_THROW(GridGeometry::Covering({0.0, 0.0}, {1e9, 1.0}, 0.1), std::invalid_argument);
+}
+
+TEST(PoseHistory, GoesOnAtTheLastVelocity) {
+  PoseHistory history;
+  for (int i = 0; i < 5; ++i) history.Add(50'000 * i, {0.025 * i, 0.0, 0.0});
+  EXPECT_NEAR(history.At(250'000, 0.1)->x, 0.125, 1e-9);
+  EXPECT_FALSE(history.At(400'000, 0.1));
+}
+
+TEST(PoseHistory, TwoPosesThatArriveTogetherMakeNoVelocity) {
+  PoseHistory history;
+  history.Add(0, {0.0, 0.0, 0.0});
+  history.Add(100'000, {0.025, 0.0, 0.0});
+  history.Add(100'030, {0.050, 0.0, 0.0});
+  EXPECT_NEAR(history.At(150'000, 0.1)->x, 0.075, 0.001);
+  PoseHistory young;
+  young.Add(0, {0.0, 0.0, 0.0});
+  young.Add(30, {0.025, 0.0, 0.0});
+  EXPECT_EQ(young.At(50'000, 0.1)->x, 0.025);
 }
 
 }  // namespace

@@ -225,6 +225,28 @@ TEST(SegmentClassifier, WhatComesIntoViewIsNotTakenForTheFloorBesideIt) {
   EXPECT_LT(log_odds.at<float>(24, size.width - kStepCells + 3), 0.5F);
 }
 
+// The robot stands on floor that motion has confirmed, and somebody steps in before it.
+TEST(SegmentClassifier, WhoStepsInIsNotTheFloorThatWasSeenThere) {
+  const cv::Size size(64, 48);
+  const cv::Mat nowhere(size, CV_8UC1, cv::Scalar(0));
+  cv::Mat near = nowhere.clone();
+  near(cv::Rect(20, 40, 24, 8)).setTo(255);
+  SegmentClassifier classifier({});
+  const auto see = [&](const cv::Mat& bgr, const cv::Mat& evidence) {
+    const Segmentation segments = MeanShiftSegments(HsiFromBgr(bgr, 0.01F), {});
+    return classifier.Update(
+        {segments, bgr, evidence, nowhere, near, Eigen::Matrix3d(Eigen::Matrix3d::Identity())});
+  };
+  const cv::Mat floor(size, CV_8UC3, cv::Scalar(110, 160, 140));
+  for (int frame = 0; frame < 5; ++frame) see(floor, cv::Mat(size, CV_32FC1, cv::Scalar(2.0)));
+  cv::Mat bgr = floor.clone();
+  bgr(cv::Rect(24, 10, 14, 24)).setTo(cv::Scalar(60, 70, 90));
+  cv::Mat log_odds;
+  for (int frame = 0; frame < 10; ++frame) log_odds = see(bgr, {});
+  EXPECT_LT(log_odds.at<float>(22, 31), 0.5F) << "that floor is hidden now";
+  EXPECT_GT(log_odds.at<float>(22, 10), 1.0F) << "and this is not";
+}
+
 // Something fills the view before the robot, as after a turn on the spot.
 TEST(SegmentClassifier, WhatLiesBeforeTheRobotIsGroundOnlyInAColourOfGround) {
   const cv::Size size(64, 48);

@@ -420,13 +420,54 @@ TEST_F(SafetyMonitorTest, StopsBeforeAnObstacleWithinTheStoppingDistance) {
 }
 
 TEST_F(SafetyMonitorTest, FloorThatWasNotSeenIsNotDrivenOn) {
-  Feed(0.35F, false);
+  Feed(0.4F, false);
   EXPECT_EQ(Pass({0.5, 0.0}).reason, stop_reason::kNone);  // from standstill: creeps
   for (int i = 0; i < 30; ++i) {
-    Feed(0.35F, false);
+    Feed(0.4F, false);
     Pass({0.5, 0.0});
   }
   EXPECT_LT(monitor_.last().linear_mps, 0.2);
+}
+
+TEST(Movers, AreWhereTwoScansShowThemAndForSomeSeconds) {
+  Movers movers;
+  movers.Add(1.0, {{2.0, 0.0}});
+  EXPECT_EQ(movers.Nearest(1.0, {0.0, 0.0}), static_cast<double>(kInf)) << "a phantom";
+  movers.Add(1.1, {{1.95, 0.1}});
+  EXPECT_NEAR(movers.Nearest(1.1, {0.0, 0.0}), std::hypot(1.95, 0.1), 1e-9);
+  movers.Add(1.2, {{1.85, 0.2}});
+  EXPECT_NEAR(movers.Nearest(1.2, {0.0, 0.0}), std::hypot(1.85, 0.2), 1e-9) << "one person";
+  movers.Add(1.3, {});
+  EXPECT_LT(movers.Nearest(5.0, {0.0, 0.0}), 2.0) << "out of sight, and still about";
+  EXPECT_EQ(movers.Nearest(5.3, {0.0, 0.0}), static_cast<double>(kInf));
+}
+
+TEST(SurroundingsMovers, WhoStepsOntoFloorThatWasJustSeenIsOneAndAWallIsNot) {
+  ManualClock clock;
+  const RobotOptions robot;
+  Surroundings surroundings(robot);
+  const auto feed = [&](float range, bool is_hit) {
+    clock.Advance(std::chrono::milliseconds(100));
+    surroundings.SetScan(FlatScan(clock.Now().utime, range, is_hit), {});
+    surroundings.Update(clock.Now(), {});
+  };
+  for (int i = 0; i < 10; ++i) feed(1.5F, true);
+  EXPECT_EQ(surroundings.NearestMover({0.0, 0.0}), static_cast<double>(kInf));
+  feed(1.0F, true);
+  feed(0.95F, true);
+  EXPECT_NEAR(surroundings.NearestMover({0.0, 0.0}), 1.1, 0.1);
+}
+
+TEST(SurroundingsArc, ShorterThanAStepIsLookedAlongToo) {
+  ManualClock clock;
+  const RobotOptions robot;
+  Surroundings surroundings(robot);
+  clock.Advance(std::chrono::milliseconds(100));
+  surroundings.SetScan(
+      FlatScan(clock.Now().utime, static_cast<float>(robot.radius_m) + 0.03F, true), {});
+  surroundings.Update(clock.Now(), {});
+  // What is met some 3 cm ahead is within a margin of 5 cm after any step.
+  EXPECT_LT(LookAlong(surroundings, robot, {}, 0.0, 1, 0.02, 0.05).free_m, 0.02);
 }
 
 TEST_F(SafetyMonitorTest, OpenFloorThatLooksTheSameIsNotFrozen) {

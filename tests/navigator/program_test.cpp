@@ -224,6 +224,11 @@ TEST_F(NavigatorProgram, BadConfigurationIsNamedAndEndsWithTwo) {
   EXPECT_EQ(finished.exit_code, 2);
   EXPECT_NE(finished.output.find("wrong.toml:4"), std::string::npos) << finished.output;
   EXPECT_NE(finished.output.find("scan_timeout_s"), std::string::npos) << finished.output;
+  const auto margins = files_.Write(
+      "margins.toml", "[site]\nfolder = \"site\"\n[navigator]\nsafety_margin_m = 0.1\n");
+  const auto refused = testing::RunToEnd("navigator", {"--config", margins.string()});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.output.find("follow_margin_m"), std::string::npos) << refused.output;
 }
 
 }  // namespace

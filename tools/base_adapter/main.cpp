@@ -37,9 +37,11 @@ void Run(Service& service, const BaseAdapterOptions& options) {
   service.Every(std::chrono::milliseconds(5), [&](Instant) {
     link.With(now(), [&](ByteStream& device) {
       const OdometryReader::Counts before = reader.counts();
-      for (const Pose2& pose : reader.Push(device.Read(std::chrono::milliseconds(0)))) {
+      // Lines that came in one piece have no time between them: the newest stands for all.
+      const std::vector<Pose2> poses = reader.Push(device.Read(std::chrono::milliseconds(0)));
+      if (!poses.empty()) {
         heard = now();
-        const auto report = odometry.Add(*heard, pose);
+        const auto report = odometry.Add(*heard, poses.back());
         service.bus().Publish(channels::kOdometry,
                               MessageFromPose(heard->utime, report.odometry_from_robot,
                                               report.forward_mps, report.turn_radps));

@@ -33,6 +33,7 @@ World Hall(std::uint64_t seed) {
   AddBox({-kWallM, kHallWidthM}, {kHallLengthM + kWallM, kHallWidthM + kWallM}, world);
   AddBox({-kWallM, 0.0}, {0.0, kHallWidthM}, world);
   AddBox({kHallLengthM, 0.0}, {kHallLengthM + kWallM, kHallWidthM}, world);
+  world.rooms.push_back({world.min, world.max});  // where lamps hang
   world.inner_wall_thickness_m = kWallM;
   const char* const names[] = {"0001", "0002", "0003", "0004"};
   for (int i = 0; i < 4; ++i) {
