@@ -13,8 +13,8 @@ namespace beckon {
 struct ParallaxOptions {
   // The alternatives to ground: planes at these shares of the camera's height.
   std::vector<double> height_ratios = {0.12, 0.25, 0.42, 0.62, 0.8};
-  // Reflections in a shiny floor move like planes below it, and so does the floor at the bottom of a
-  // step: such a place does not stand up, and is not proven to be ground.
+  // Reflections in a shiny floor move like planes below it, and so does the floor at the bottom of
+  // a step: such a place does not stand up, and is not proven to be ground.
   std::vector<double> reflection_ratios = {-0.6, -2.0, -8.0};
   float noise_grey = 1.0F;  // mean absolute difference that noise and resampling leave, grey levels
 };
