@@ -2,8 +2,6 @@
 
 #include <filesystem>
 
-#include "common/robot_file.hpp"
-
 namespace beckon {
 
 const std::map<std::string, DetectorPart>& DetectorParts() {
@@ -20,9 +18,7 @@ GroundDetectorOptions ReadGroundDetectorOptions(ConfigFile& file) {
   std::filesystem::path calibration;
   file.Table("camera").RequiredPath("calibration", calibration);
   options.camera = GroundCamera::Load(calibration);
-  const RobotOptions robot = ReadRobotOptions(file);
-  options.max_speed_mps = robot.max_speed_mps;
-  options.max_turn_radps = robot.max_turn_radps;
+  options.robot = ReadRobotOptions(file);
   ConfigTable& table = file.Table("ground_detector");
   table.Optional("memory_s", options.memory_s, {0.1, 5.0});
   table.Optional("body_rocks", options.body_rocks);

@@ -7,6 +7,7 @@
 
 #include "common/config.hpp"
 #include "common/ground_camera.hpp"
+#include "common/robot_file.hpp"
 #include "services/ground_detector/alignment.hpp"
 #include "services/ground_detector/borders.hpp"
 #include "services/ground_detector/features.hpp"
@@ -34,8 +35,7 @@ const std::map<std::string, DetectorPart>& DetectorParts();
 
 struct GroundDetectorOptions {
   GroundCamera camera;
-  double max_speed_mps = 1.0;  // what the first match has to reckon with
-  double max_turn_radps = 1.5;
+  RobotOptions robot;      // what the motion has to reckon with
   double memory_s = 1.0;   // frames that features are matched with and parallax is taken from
   double max_gap_s = 1.5;  // after a longer gap nothing is compared with what was before
   // Pitch and roll of the body are estimated. Only for bodies that do rock: the estimate drifts by

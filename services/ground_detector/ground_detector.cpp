@@ -161,7 +161,7 @@ GroundFrame GroundDetector::Process(const cv::Mat& bgr, Utime utime) {
   }
   result.log_odds =
       classifier_.Update({result.segments, small, result.evidence, view_.above_horizon(),
-                          view_.near(), cells_before_from_now});
+                          view_.just_above_horizon(), view_.near(), cells_before_from_now});
   result.ms.classification = watch.Lap();
 
   // Borders to the pixel, in the frame as taken.

@@ -89,8 +89,7 @@ MotionFilterOptions FilterOptionsOf(const GroundDetectorOptions& options) {
 }  // namespace
 
 GroundOdometry::GroundOdometry(const GroundDetectorOptions& options)
-    : options_(options),
-      filter_(options.max_speed_mps, options.max_turn_radps, FilterOptionsOf(options)) {}
+    : options_(options), filter_(options.robot, FilterOptionsOf(options)) {}
 
 void GroundOdometry::Restart() {
   memory_.clear();
@@ -215,7 +214,7 @@ std::vector<TrackMatch> GroundOdometry::MatchWide(const std::vector<Feature>& fe
   const GroundCamera& camera = options_.camera;
   // Without a velocity anything that the robot can do may have happened; with one, what it can
   // change.
-  const double turn_px = camera.fx * options_.max_turn_radps * dt_s;
+  const double turn_px = camera.fx * options_.robot.max_turn_radps * dt_s;
   const double radius = filter_.knows_velocity() ? 0.25 * turn_px : turn_px;
   const auto radius_px = static_cast<float>(std::clamp(radius, 12.0, 0.4 * camera.width));
   const Prediction predict(camera, predicted, utime_);
@@ -265,8 +264,8 @@ PoseEstimate GroundOdometry::LocateFrom(const std::vector<TrackMatch>& matches,
 
 // Twice the robot's limits leave room for their estimate and for a base that overshoots.
 bool GroundOdometry::IsPossible(const Pose2& motion, double dt_s) const {
-  return motion.translation().norm() < 2.0 * options_.max_speed_mps * dt_s &&
-         std::abs(motion.theta) < 2.0 * options_.max_turn_radps * dt_s;
+  return motion.translation().norm() < 2.0 * options_.robot.max_speed_mps * dt_s &&
+         std::abs(motion.theta) < 2.0 * options_.robot.max_turn_radps * dt_s;
 }
 
 // The newest keyframe and the oldest that still shows much of the same ground. While the reference
@@ -314,7 +313,7 @@ PoseEstimate GroundOdometry::Align(const PoseEstimate& from_features, const Moti
     for (const double share : kSpeedsTried) {
       starts.push_back(start);
       Pose2& pose = starts.back().frame_from_robot;
-      pose = pose * Pose2{share * options_.max_speed_mps * dt_s, 0.0, 0.0};
+      pose = pose * Pose2{share * options_.robot.max_speed_mps * dt_s, 0.0, 0.0};
     }
   }
   Alignment alignment;

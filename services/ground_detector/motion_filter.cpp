@@ -11,19 +11,21 @@ constexpr double kLeanMemoryS = 3.0;
 
 }  // namespace
 
-MotionFilter::MotionFilter(double max_speed_mps, double max_turn_radps,
-                           const MotionFilterOptions& options)
-    : max_speed_mps_(max_speed_mps), max_turn_radps_(max_turn_radps), options_(options) {
+MotionFilter::MotionFilter(const RobotOptions& robot, const MotionFilterOptions& options)
+    : robot_(robot), options_(options), base_(0.0, 0.0, robot.centre_x_m) {
+  covariance_(5, 5) = options.centre_sigma_m * options.centre_sigma_m;
   lean_variance_ = options.first_lean_rad * options.first_lean_rad;
   Restart();
 }
 
 void MotionFilter::Restart() {
   pose_ = {};
-  velocity_.setZero();
+  base_.head<2>().setZero();
+  const double centre_variance = covariance_(5, 5);
   covariance_.setZero();
-  const Eigen::Vector3d sigma(max_speed_mps_, 0.3 * max_speed_mps_, max_turn_radps_);
-  covariance_.bottomRightCorner<3, 3>() = sigma.cwiseAbs2().asDiagonal();
+  const Eigen::Vector3d variances(robot_.max_speed_mps * robot_.max_speed_mps,
+                                  robot_.max_turn_radps * robot_.max_turn_radps, centre_variance);
+  covariance_.bottomRightCorner<3, 3>() = variances.asDiagonal();
   knows_velocity_ = false;
 }
 
@@ -31,13 +33,27 @@ double MotionFilter::lean_rad() const {
   return std::sqrt(std::max(lean_variance_, options_.least_lean_rad * options_.least_lean_rad));
 }
 
+// Of the origin of the robot frame, m/s, m/s, rad/s. Where it does not lie between the wheels,
+// turning moves it sideways.
+Eigen::Vector3d MotionFilter::FrameVelocity() const {
+  return {base_.x(), -base_.z() * base_.y(), base_.y()};
+}
+
+Eigen::Matrix3d MotionFilter::FrameVelocityByBase() const {
+  Eigen::Matrix3d derivative;
+  derivative << 1.0, 0.0, 0.0,      //
+      0.0, -base_.z(), -base_.y(),  //
+      0.0, 1.0, 0.0;
+  return derivative;
+}
+
 Pose2 MotionFilter::PredictPose(double dt_s) const {
-  const Eigen::Vector3d step = velocity_ * dt_s;
+  const Eigen::Vector3d step = FrameVelocity() * dt_s;
   return pose_ * Pose2{step.x(), step.y(), step.z()};
 }
 
 MotionFilter::Matrix6d MotionFilter::PredictCovariance(double dt_s) const {
-  const Eigen::Vector3d step = velocity_ * dt_s;
+  const Eigen::Vector3d step = FrameVelocity() * dt_s;
   // A step of the old pose, seen from the new one.
   const double c = std::cos(step.z());
   const double s = std::sin(step.z());
@@ -47,17 +63,21 @@ MotionFilter::Matrix6d MotionFilter::PredictCovariance(double dt_s) const {
       0.0, 0.0, 1.0;
   Matrix6d transition = Matrix6d::Identity();
   transition.topLeftCorner<3, 3>() = carried;
-  transition.topRightCorner<3, 3>() = dt_s * Eigen::Matrix3d::Identity();
+  transition.topRightCorner<3, 3>() = dt_s * FrameVelocityByBase();
   Matrix6d covariance = transition * covariance_ * transition.transpose();
-  const Eigen::Vector3d acceleration(options_.acceleration * max_speed_mps_,
-                                     options_.side_acceleration * max_speed_mps_,
-                                     options_.turn_acceleration * max_turn_radps_);
-  const Eigen::Matrix3d noise = acceleration.cwiseAbs2().asDiagonal();
-  const double dt2 = dt_s * dt_s;
-  covariance.topLeftCorner<3, 3>() += 0.25 * dt2 * dt2 * noise;
-  covariance.topRightCorner<3, 3>() += 0.5 * dt2 * dt_s * noise;
-  covariance.bottomLeftCorner<3, 3>() += 0.5 * dt2 * dt_s * noise;
-  covariance.bottomRightCorner<3, 3>() += dt2 * noise;
+  const Eigen::Vector2d acceleration(
+      options_.acceleration * robot_.max_acceleration_mps2,
+      options_.turn_acceleration * robot_.max_turn_acceleration_radps2);
+  Eigen::Matrix<double, 6, 2> of_acceleration = Eigen::Matrix<double, 6, 2>::Zero();
+  of_acceleration.topRows<3>() = 0.5 * dt_s * dt_s * FrameVelocityByBase().leftCols<2>();
+  of_acceleration.middleRows<2>(3) = dt_s * Eigen::Matrix2d::Identity();
+  covariance +=
+      of_acceleration * acceleration.cwiseAbs2().asDiagonal() * of_acceleration.transpose();
+  const double wheel_mps = robot_.radius_m * base_.y();
+  const double speed_mps =
+      std::sqrt(base_.x() * base_.x() + covariance_(3, 3) + wheel_mps * wheel_mps);
+  const double slip_m = options_.side_slip * speed_mps * dt_s;
+  covariance(1, 1) += slip_m * slip_m;
   return covariance;
 }
 
@@ -79,7 +99,7 @@ void MotionFilter::Update(double dt_s, const BodyPose& found, const Matrix5d& co
   const Eigen::Matrix3d gain = before.bottomLeftCorner<3, 3>() * of_pose.inverse();
   const Pose2 step = PredictPose(dt_s).Inverse() * found.frame_from_robot;
   const Eigen::Matrix3d posterior = covariance.topLeftCorner<3, 3>();
-  velocity_ += gain * Eigen::Vector3d(step.x, step.y, step.theta);
+  base_ += gain * Eigen::Vector3d(step.x, step.y, step.theta);
   covariance_.topLeftCorner<3, 3>() = posterior;
   covariance_.bottomLeftCorner<3, 3>() = gain * posterior;
   covariance_.topRightCorner<3, 3>() = posterior * gain.transpose();

@@ -194,8 +194,9 @@ void SegmentClassifier::Learn(const SegmentScene& scene, const cv::Mat& cell_mot
     const bool near = scene.near.at<std::uint8_t>(v, u) != 0;
     const float motion = cell_motion.at<float>(v, u);
     const float all = log_odds.at<float>(v, u);
-    if (scene.above_horizon.at<std::uint8_t>(v, u) != 0 ||
-        (motion < -1.0F && not_ground.at<std::uint8_t>(v, u) != 0)) {
+    if (scene.above_horizon.at<std::uint8_t>(v, u) != 0) {
+      if (scene.just_above_horizon.at<std::uint8_t>(v, u) != 0) colours_.AddNotGround(colour);
+    } else if (motion < -1.0F && not_ground.at<std::uint8_t>(v, u) != 0) {
       colours_.AddNotGround(colour);
     } else if ((motion > 1.0F && ground.at<std::uint8_t>(v, u) != 0) ||
                (near && (first || all > 1.0F))) {

@@ -27,10 +27,11 @@ struct ClassifierOptions {
 // One frame as the classifier sees it. All pictures have the size of the segmentation.
 struct SegmentScene {
   const Segmentation& segments;
-  const cv::Mat& bgr;            // CV_8UC3, mean colours
-  const cv::Mat& evidence;       // CV_32FC1 as from GroundEvidence; empty without motion
-  const cv::Mat& above_horizon;  // CV_8UC1, 255 where a cell reaches the horizon
-  const cv::Mat& near;           // CV_8UC1, 255 for the cells directly before the robot
+  const cv::Mat& bgr;                 // CV_8UC3, mean colours
+  const cv::Mat& evidence;            // CV_32FC1 as from GroundEvidence; empty without motion
+  const cv::Mat& above_horizon;       // CV_8UC1, 255 where a cell reaches the horizon
+  const cv::Mat& just_above_horizon;  // the lowest of these
+  const cv::Mat& near;                // CV_8UC1, 255 for the cells directly before the robot
   // Where a ground cell was in the previous frame, in cells; nothing where that is not known.
   std::optional<Eigen::Matrix3d> before_from_now;
 };

@@ -10,10 +10,16 @@
 #include "common/label_runs.hpp"
 
 namespace beckon {
+namespace {
+
+constexpr double kJustAboveRad = 0.05;  // 3 degrees
+
+}  // namespace
 
 ViewGeometry::ViewGeometry(const GroundCamera& camera, int scale)
     : cells_(std::max(camera.width / scale, 1), std::max(camera.height / scale, 1)),
       above_horizon_(cells_, CV_8UC1),
+      just_above_horizon_(cells_, CV_8UC1),
       near_(cells_, CV_8UC1),
       not_below_horizon_(camera.height, camera.width, CV_8UC1) {
   const auto bottom = camera.GroundFromPixel({camera.cx, camera.height - 1.0});
@@ -33,7 +39,10 @@ ViewGeometry::ViewGeometry(const GroundCamera& camera, int scale)
       const auto point = camera.GroundFromPixel(centre);
       const bool near =
           point && point->x() < 1.4 * bottom->x() && std::abs(point->y()) < 0.5 * camera.height_m;
-      above_horizon_.at<std::uint8_t>(row, column) = top <= camera.HorizonRow(centre.x()) ? 255 : 0;
+      const double rise = camera.HorizonRow(centre.x()) - top;
+      above_horizon_.at<std::uint8_t>(row, column) = rise >= 0.0 ? 255 : 0;
+      const bool just_above = rise >= 0.0 && rise < kJustAboveRad * camera.fy;
+      just_above_horizon_.at<std::uint8_t>(row, column) = just_above ? 255 : 0;
       near_.at<std::uint8_t>(row, column) = near ? 255 : 0;
     }
   }

@@ -22,6 +22,9 @@ class ViewGeometry {
   // The small picture. Its masks are CV_8UC1 of its size, 255 for yes.
   cv::Size cells() const { return cells_; }
   const cv::Mat& above_horizon() const { return above_horizon_; }  // the cell reaches the horizon
+  // Above it by no more than a few degrees, where what stands on the ground is seen; higher up are
+  // ceilings, sky and bridges, whose colours say little of what stands here.
+  const cv::Mat& just_above_horizon() const { return just_above_horizon_; }
   // Directly before the robot: a camera height wide, at the lower border.
   const cv::Mat& near() const { return near_; }
   // Ideal pixel of the frame to cell of the small picture, (u, v, 1), centres at whole numbers.
@@ -33,6 +36,7 @@ class ViewGeometry {
  private:
   cv::Size cells_;
   cv::Mat above_horizon_;
+  cv::Mat just_above_horizon_;
   cv::Mat near_;
   Eigen::Matrix3d cell_from_pixel_;
   cv::Mat not_below_horizon_;

@@ -177,7 +177,7 @@ constexpr double kDt = 0.1;
 Matrix5d Exact() { return 1e-12 * Matrix5d::Identity(); }
 
 TEST(MotionFilter, GoesOnAsBefore) {
-  MotionFilter filter(1.0, 1.5, {});
+  MotionFilter filter({}, {});
   EXPECT_FALSE(filter.knows_velocity());
   const Pose2 step{0.05, 0.0, 0.02};
   BodyPose pose;
@@ -188,14 +188,56 @@ TEST(MotionFilter, GoesOnAsBefore) {
   const MotionPrior next = filter.Predict(kDt);
   pose.frame_from_robot = pose.frame_from_robot * step;
   EXPECT_NEAR(StepBetween(pose, next.pose).norm(), 0.0, 1e-3);
-  // Pose known, velocity known: what is left is acceleration, 0.5 m/s2 for a tenth of a second.
-  EXPECT_NEAR(1.0 / std::sqrt(next.information(0, 0)), 0.5 * 0.5 * kDt * kDt, 1e-3);
+  // Pose known, velocity known: what is left is acceleration, 0.25 m/s2 for a tenth of a second.
+  EXPECT_NEAR(1.0 / std::sqrt(next.information(0, 0)), 0.5 * 0.25 * kDt * kDt, 5e-4);
   // The longer ahead, the less is known.
   EXPECT_LT(filter.Predict(5.0 * kDt).information(0, 0), 0.1 * next.information(0, 0));
 }
 
+TEST(MotionFilter, KnowsThatWheelsDoNotGoSideways) {
+  MotionFilter filter({}, {});
+  BodyPose pose;
+  for (int i = 0; i < 5; ++i) {
+    pose.frame_from_robot = pose.frame_from_robot * Pose2{0.05, 0.0, 0.0};
+    filter.Update(kDt, pose, Exact(), false);
+  }
+  // Slip of 2 % of half a metre a second for a tenth of a second.
+  const MotionPrior next = filter.Predict(kDt);
+  EXPECT_NEAR(1.0 / std::sqrt(next.information(1, 1)), 0.02 * 0.05, 2e-4);
+}
+
+// Poses of a robot that turns on the spot about a centre 0.2 m behind the origin of its frame.
+constexpr double kCentreX = -0.2;
+Pose2 AboutCentre(double theta) {
+  return {kCentreX - kCentreX * std::cos(theta), -kCentreX * std::sin(theta), theta};
+}
+
+TEST(MotionFilter, TurningMovesTheFrameSidewaysAboutTheKnownCentre) {
+  RobotOptions robot;
+  robot.centre_x_m = kCentreX;
+  MotionFilter filter(robot, {});
+  const BodyPose pose{AboutCentre(0.05), 0.0, 0.0};
+  filter.Update(kDt, pose, Exact(), false);
+  const BodyPose expected{AboutCentre(0.1), 0.0, 0.0};
+  EXPECT_LT(StepBetween(expected, filter.Predict(kDt).pose).norm(), 1e-3);
+}
+
+TEST(MotionFilter, LearnsWhereTheCentreIs) {
+  MotionFilterOptions options;
+  options.centre_sigma_m = 0.3;
+  MotionFilter filter({}, options);
+  for (int i = 1; i <= 10; ++i) {
+    filter.Update(kDt, {AboutCentre(0.05 * i), 0.0, 0.0}, Exact(), false);
+  }
+  // Not forgotten when matching starts anew, at any other rate of turn.
+  filter.Restart();
+  filter.Update(kDt, {AboutCentre(-0.08), 0.0, 0.0}, Exact(), false);
+  const BodyPose expected{AboutCentre(-0.16), 0.0, 0.0};
+  EXPECT_LT(StepBetween(expected, filter.Predict(kDt).pose).norm(), 1e-3);
+}
+
 TEST(MotionFilter, LearnsHowMuchTheBodyLeansFromWhatShows) {
-  MotionFilter filter(1.0, 1.5, {});
+  MotionFilter filter({}, {});
   const double first = filter.lean_rad();
   const BodyPose leaning{{}, 0.02, -0.02};
   filter.Update(kDt, leaning, Exact(), false);

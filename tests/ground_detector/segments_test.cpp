@@ -211,8 +211,8 @@ TEST(SegmentClassifier, WhatComesIntoViewIsNotTakenForTheFloorBesideIt) {
   const cv::Mat evidence(size, CV_32FC1, cv::Scalar(2.0));
   cv::Mat log_odds;
   for (int frame = 0; frame < 5; ++frame) {
-    log_odds = classifier.Update(
-        {whole, floor, evidence, nowhere, near, Eigen::Matrix3d(Eigen::Matrix3d::Identity())});
+    log_odds = classifier.Update({whole, floor, evidence, nowhere, nowhere, near,
+                                  Eigen::Matrix3d(Eigen::Matrix3d::Identity())});
   }
   EXPECT_GT(log_odds.at<float>(24, 60), 1.0F);
 
@@ -220,7 +220,8 @@ TEST(SegmentClassifier, WhatComesIntoViewIsNotTakenForTheFloorBesideIt) {
   bgr.colRange(size.width - kStepCells, size.width).setTo(cv::Scalar(60, 120, 40));
   Eigen::Matrix3d before_from_now = Eigen::Matrix3d::Identity();
   before_from_now(0, 2) = kStepCells;
-  log_odds = classifier.Update({segments_of(bgr), bgr, {}, nowhere, near, before_from_now});
+  log_odds =
+      classifier.Update({segments_of(bgr), bgr, {}, nowhere, nowhere, near, before_from_now});
   EXPECT_GT(log_odds.at<float>(24, size.width - kStepCells - 3), 1.0F);
   EXPECT_LT(log_odds.at<float>(24, size.width - kStepCells + 3), 0.5F);
 }
@@ -234,8 +235,8 @@ TEST(SegmentClassifier, WhoStepsInIsNotTheFloorThatWasSeenThere) {
   SegmentClassifier classifier({});
   const auto see = [&](const cv::Mat& bgr, const cv::Mat& evidence) {
     const Segmentation segments = MeanShiftSegments(HsiFromBgr(bgr, 0.01F), {});
-    return classifier.Update(
-        {segments, bgr, evidence, nowhere, near, Eigen::Matrix3d(Eigen::Matrix3d::Identity())});
+    return classifier.Update({segments, bgr, evidence, nowhere, nowhere, near,
+                              Eigen::Matrix3d(Eigen::Matrix3d::Identity())});
   };
   const cv::Mat floor(size, CV_8UC3, cv::Scalar(110, 160, 140));
   for (int frame = 0; frame < 5; ++frame) see(floor, cv::Mat(size, CV_32FC1, cv::Scalar(2.0)));
@@ -257,7 +258,7 @@ TEST(SegmentClassifier, WhatLiesBeforeTheRobotIsGroundOnlyInAColourOfGround) {
   const auto see = [&](const cv::Scalar& bgr) {
     const cv::Mat picture(size, CV_8UC3, bgr);
     const Segmentation segments = MeanShiftSegments(HsiFromBgr(picture, 0.01F), {});
-    return classifier.Update({segments, picture, {}, nowhere, near, std::nullopt})
+    return classifier.Update({segments, picture, {}, nowhere, nowhere, near, std::nullopt})
         .at<float>(44, 32);
   };
   const cv::Scalar floor(110, 160, 140);
@@ -265,6 +266,36 @@ TEST(SegmentClassifier, WhatLiesBeforeTheRobotIsGroundOnlyInAColourOfGround) {
   EXPECT_GT(see(floor), 1.0F);
   EXPECT_NEAR(see({25, 20, 20}), 0.0F, 0.1F);
   EXPECT_GT(see(floor), 1.0F);
+}
+
+// A robot whose camera looks level before a house of the same grey as the floor farther on, under a
+// bridge of that grey.
+TEST(SegmentClassifier, WhatIsHighAboveTheHorizonSaysNothingOfWhatStandsOnTheGround) {
+  const cv::Size size(64, 48);
+  cv::Mat above(size, CV_8UC1, cv::Scalar(0));
+  above.rowRange(0, 24).setTo(255);
+  cv::Mat just_above(size, CV_8UC1, cv::Scalar(0));
+  just_above.rowRange(20, 24).setTo(255);
+  cv::Mat near(size, CV_8UC1, cv::Scalar(0));
+  near(cv::Rect(20, 40, 24, 8)).setTo(255);
+  const cv::Scalar grey(150, 150, 150);
+  cv::Mat picture(size, CV_8UC3, cv::Scalar(110, 160, 140));
+  picture.rowRange(26, 36).setTo(grey);
+  const auto strip_under = [&](int first_row, int last_row) {
+    cv::Mat bgr = picture.clone();
+    bgr.rowRange(0, 24).setTo(cv::Scalar(30, 40, 120));
+    bgr.rowRange(first_row, last_row).setTo(grey);
+    SegmentClassifier classifier({});
+    const Segmentation segments = MeanShiftSegments(HsiFromBgr(bgr, 0.01F), {});
+    cv::Mat log_odds;
+    for (int frame = 0; frame < 5; ++frame) {
+      log_odds =
+          classifier.Update({segments, bgr, {}, above, just_above, near, std::nullopt}).clone();
+    }
+    return log_odds.at<float>(31, 32);
+  };
+  EXPECT_LT(strip_under(20, 24), -1.0F) << "grey things stand there";
+  EXPECT_GT(strip_under(0, 4), strip_under(20, 24) + 1.0F) << "a bridge is grey";
 }
 
 }  // namespace

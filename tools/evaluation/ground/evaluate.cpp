@@ -24,6 +24,19 @@ std::vector<std::uint8_t> ReadBytes(const std::filesystem::path& path) {
   return bytes;
 }
 
+// Standard deviation of where the wheels are under the camera, in camera heights.
+constexpr double kCentreSigma = 0.3;
+
+// What carries the camera is not told: a car has its camera higher up than a small robot, and is
+// faster.
+RobotOptions CarrierOf(const GroundCamera& camera, const GroundEvaluationOptions& options) {
+  RobotOptions carrier;
+  carrier.max_speed_mps = options.max_speed_heights * camera.height_m;
+  carrier.max_turn_radps = 1.5;
+  carrier.max_acceleration_mps2 = camera.height_m;
+  return carrier;
+}
+
 cv::Mat ReadTruth(const std::filesystem::path& path, const GroundCamera& camera) {
   if (path.empty()) return {};
   cv::Mat truth = cv::imread(path.string(), cv::IMREAD_GRAYSCALE);
@@ -40,6 +53,8 @@ GroundScores EvaluateSequence(const std::filesystem::path& folder,
   const Sequence sequence = LoadSequence(folder);
   GroundDetectorOptions detector_options;
   detector_options.camera = sequence.camera;
+  detector_options.robot = CarrierOf(sequence.camera, options);
+  detector_options.filter.centre_sigma_m = kCentreSigma * sequence.camera.height_m;
   detector_options.without = options.without;
   GroundDetector detector(detector_options);
   GroundScorer scorer(sequence, options.max_range_m);

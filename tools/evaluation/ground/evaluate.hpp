@@ -13,6 +13,7 @@ namespace beckon {
 
 struct GroundEvaluationOptions {
   double max_range_m = 6.0;
+  double max_speed_heights = 3.0;  // of what carries the camera, in camera heights a second
   std::filesystem::path overlay;   // folder for one picture a frame, empty for none
   std::set<DetectorPart> without;  // parts of the detector that are left out
 };

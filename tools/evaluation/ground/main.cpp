@@ -16,6 +16,10 @@ int main(int argc, char** argv) {
   app.add_option("--overlay", options.overlay, "Write a picture of each frame below this folder");
   app.add_option("--max-range", options.max_range_m, "True ranges beyond are not judged, m")
       ->check(CLI::PositiveNumber);
+  app.add_option("--max-speed", options.max_speed_heights,
+                 "What carries the camera is not faster, in camera heights a second")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--without", options.without,
                  "Leave out a part of the detector, to see what it does")
       ->transform(CLI::CheckedTransformer(beckon::DetectorParts()))

@@ -49,7 +49,8 @@ class Runner {
       : options_(options),
         world_(ScenarioWorld(options.scenario, seed), {.robot = options.navigator.robot}, {}),
         perception_(options.use_camera
-                        ? MakeCameraPerception(simulation::DefaultCamera(), world_.world())
+                        ? MakeCameraPerception(simulation::DefaultCamera(), options.navigator.robot,
+                                               world_.world())
                         : MakeScanPerception(simulation::DefaultCamera(), seed)),
         mapper_(perception_->caster(), {}),
         localizer_(SurveyedSite(world_.world(), {}), {}),

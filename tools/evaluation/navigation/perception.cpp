@@ -25,16 +25,20 @@ class ScanPerception : public Perception {
   TruthScanner scanner_;
 };
 
-GroundDetectorOptions DetectorOptions(const GroundCamera& camera) {
+GroundDetectorOptions DetectorOptions(const GroundCamera& camera, const RobotOptions& robot) {
   GroundDetectorOptions options;
   options.camera = camera;
+  options.robot = robot;
   return options;
 }
 
 class CameraPerception : public Perception {
  public:
-  CameraPerception(const GroundCamera& camera, const simulation::World& world)
-      : renderer_(world, camera, {}), detector_(DetectorOptions(camera)), caster_(camera, {}) {}
+  CameraPerception(const GroundCamera& camera, const RobotOptions& robot,
+                   const simulation::World& world)
+      : renderer_(world, camera, {}),
+        detector_(DetectorOptions(camera, robot)),
+        caster_(camera, {}) {}
 
   VirtualScan See(const simulation::Simulation& world, Utime utime) override {
     const cv::Mat picture =
@@ -58,8 +62,9 @@ std::unique_ptr<Perception> MakeScanPerception(const GroundCamera& camera, std::
 }
 
 std::unique_ptr<Perception> MakeCameraPerception(const GroundCamera& camera,
+                                                 const RobotOptions& robot,
                                                  const simulation::World& world) {
-  return std::make_unique<CameraPerception>(camera, world);
+  return std::make_unique<CameraPerception>(camera, robot, world);
 }
 
 }  // namespace beckon

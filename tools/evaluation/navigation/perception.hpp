@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "common/robot_file.hpp"
 #include "services/range_caster/ray_caster.hpp"
 #include "tools/simulation/simulation.hpp"
 
@@ -22,6 +23,7 @@ class Perception {
 std::unique_ptr<Perception> MakeScanPerception(const GroundCamera& camera, std::uint64_t seed);
 // Rendered pictures, ground detector, ray caster.
 std::unique_ptr<Perception> MakeCameraPerception(const GroundCamera& camera,
+                                                 const RobotOptions& robot,
                                                  const simulation::World& world);
 
 }  // namespace beckon

@@ -18,7 +18,11 @@ constexpr double kRateHz = 10.0;
 // The robot takes the floor right before it for free, so no wall may stand there.
 constexpr double kClearanceM = 1.0;
 
-// Speed and rate of turn wander; steps of a tenth of a second.
+// Its speed and rate of turn wander; steps of a tenth of a second.
+const RobotOptions kWalker{.max_speed_mps = 0.6,
+                           .max_turn_radps = 1.5,
+                           .max_acceleration_mps2 = 0.8,
+                           .max_turn_acceleration_radps2 = 3.0};
 std::vector<Pose2> RandomPath(const World& world, Random& random) {
   for (;;) {
     Pose2 pose;
@@ -74,6 +78,7 @@ GroundScores RunTrial(std::uint64_t seed, const ExperimentOptions& options) {
 
   GroundDetectorOptions detector_options;
   detector_options.camera = sequence.camera;
+  detector_options.robot = kWalker;
   detector_options.without = options.without;
   GroundDetector detector(detector_options);
   RobotEye eye(world, sequence.camera, look);
