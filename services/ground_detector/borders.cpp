@@ -147,10 +147,10 @@ Sides DescribeSides(const Describer& describer, const cv::Mat& mask, int doubt) 
   return sides;
 }
 
-// One pass: the pixels within `reach` of the border are assigned anew. `half`: pixels of `bgr`
-// along a half-size pixel.
-void Reassign(const cv::Mat& bgr, const Describer& describer, const Sides& sides, int half,
-              int reach, int smoothing, cv::Mat& mask) {
+// One pass: the pixels within `reach` of the border are assigned anew. `prior`: CV_32FC1, log-odds
+// that a pixel has before its colour is asked. `half`: pixels of `bgr` along a half-size pixel.
+void Reassign(const cv::Mat& bgr, const cv::Mat& prior, const Describer& describer,
+              const Sides& sides, int half, int reach, int smoothing, cv::Mat& mask) {
   cv::Mat outer;
   cv::Mat inner;
   cv::dilate(mask, outer, Square(reach));
@@ -161,6 +161,7 @@ void Reassign(const cv::Mat& bgr, const Describer& describer, const Sides& sides
     const auto* out = outer.ptr<std::uint8_t>(v);
     const auto* in = inner.ptr<std::uint8_t>(v);
     const auto* colours = bgr.ptr<cv::Vec3b>(v);
+    const auto* before = prior.ptr<float>(v);
     auto* value = ratio.ptr<float>(v);
     for (int u = 0; u < mask.cols; ++u) {
       value[u] = is_ground[u] != 0 ? 1.0F : -1.0F;
@@ -170,7 +171,8 @@ void Reassign(const cv::Mat& bgr, const Describer& describer, const Sides& sides
       const LocalColours& other = sides.other[block];
       if (!ground.known || !other.known) continue;
       const cv::Vec3f colour = Opponent(colours[u]);
-      value[u] = std::clamp(ground.LogDensity(colour) - other.LogDensity(colour), -kLimit, kLimit);
+      const float by_colour = ground.LogDensity(colour) - other.LogDensity(colour);
+      value[u] = before[u] + std::clamp(by_colour, -kLimit, kLimit);
     }
   }
   cv::GaussianBlur(ratio, ratio, cv::Size(2 * smoothing + 1, 2 * smoothing + 1), 0.0);
@@ -187,7 +189,8 @@ void Reassign(const cv::Mat& bgr, const Describer& describer, const Sides& sides
 
 }  // namespace
 
-cv::Mat RefineBorders(const cv::Mat& bgr, const cv::Mat& ground, const BorderOptions& options) {
+cv::Mat RefineBorders(const cv::Mat& bgr, const cv::Mat& ground, const cv::Mat& log_odds,
+                      const BorderOptions& options) {
   const cv::Size half_size((bgr.cols + 1) / 2, (bgr.rows + 1) / 2);
   cv::Mat half;
   cv::resize(bgr, half, half_size, 0.0, 0.0, cv::INTER_AREA);
@@ -196,15 +199,19 @@ cv::Mat RefineBorders(const cv::Mat& bgr, const cv::Mat& ground, const BorderOpt
   cv::Mat mask;
   cv::resize(ground, mask, half_size, 0.0, 0.0, cv::INTER_LINEAR);
   cv::threshold(mask, mask, 127.0, 255.0, cv::THRESH_BINARY);
+  cv::Mat prior;
+  cv::resize(options.cells_weight * log_odds, prior, half_size, 0.0, 0.0, cv::INTER_LINEAR);
   const int reach = options.reach_px / 2;
-  Reassign(half, describer, DescribeSides(describer, mask, 2), 1, reach, 2, mask);
-  Reassign(half, describer, DescribeSides(describer, mask, 1), 1, std::max(reach / 2, 2), 1, mask);
+  Reassign(half, prior, describer, DescribeSides(describer, mask, 2), 1, reach, 2, mask);
+  Reassign(half, prior, describer, DescribeSides(describer, mask, 1), 1, std::max(reach / 2, 2), 1,
+           mask);
   cv::medianBlur(mask, mask, 5);
 
   const Sides sides = DescribeSides(describer, mask, 1);
   cv::Mat full;
   cv::resize(mask, full, bgr.size(), 0.0, 0.0, cv::INTER_NEAREST);
-  Reassign(bgr, describer, sides, 2, 3, 1, full);
+  cv::resize(prior, prior, bgr.size(), 0.0, 0.0, cv::INTER_LINEAR);
+  Reassign(bgr, prior, describer, sides, 2, 3, 1, full);
   cv::medianBlur(full, full, 5);
   return full;
 }

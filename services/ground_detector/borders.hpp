@@ -8,12 +8,17 @@ namespace beckon {
 struct BorderOptions {
   int window_px = 24;  // half a side of the neighbourhood that tells what each side looks like
   int reach_px = 14;   // how far the coarse border may be wrong
+  // What log-odds of the cells count beside those of a pixel's colour: where both sides look alike,
+  // they draw the border.
+  float cells_weight = 0.5F;
 };
 
 // `ground`: CV_8UC1, 255 for ground and 0 for all else, of any smaller size (a grid over the
-// picture); `bgr`: CV_8UC3. Returns the same at the size of `bgr`. Each pixel near the border goes
-// to the side whose colours just there it fits better (local region statistics as in Lankton and
-// Tannenbaum 2008, assigned in a narrow band), first at half resolution and then at full.
-cv::Mat RefineBorders(const cv::Mat& bgr, const cv::Mat& ground, const BorderOptions& options);
+// picture); `log_odds`: CV_32FC1 of the same size, what it was decided from; `bgr`: CV_8UC3.
+// Returns the same as `ground` at the size of `bgr`. Each pixel near the border goes to the side
+// whose colours just there it fits better (local region statistics as in Lankton and Tannenbaum
+// 2008, assigned in a narrow band), first at half resolution and then at full.
+cv::Mat RefineBorders(const cv::Mat& bgr, const cv::Mat& ground, const cv::Mat& log_odds,
+                      const BorderOptions& options);
 
 }  // namespace beckon

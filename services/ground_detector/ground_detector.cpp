@@ -1,6 +1,7 @@
 #include "services/ground_detector/ground_detector.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <chrono>
 #include <future>
 #include <opencv2/imgproc.hpp>
@@ -49,18 +50,26 @@ void GroundDetector::Restart() {
 }
 
 // Evidence of two earlier frames: one near in place, for what is close by and has left older
-// pictures, and the one farthest away, for the distance.
+// pictures, and the one farthest away, for the distance. Just after the start that may be a very
+// near one: where there is texture, even that tells most of the floor from what stands on it.
 cv::Mat GroundDetector::Evidence() const {
   const RememberedFrame& now = odometry_.memory().back();
   const double height = options_.camera.height_m;
+  const double least = 0.05 * height;
+  const double enough = 0.15 * height;
   const RememberedFrame* near = nullptr;
   const RememberedFrame* far = nullptr;
+  double near_distance = least;
   double far_distance = 0.5 * height;
   for (const RememberedFrame& before : odometry_.memory()) {
     const double distance =
         (before.pose.frame_from_robot.translation() - now.pose.frame_from_robot.translation())
             .norm();
-    if (distance > 0.15 * height) near = &before;  // the newest that is far enough
+    // The newest that is far enough; until there is one, the farthest.
+    if (distance > std::min(near_distance, enough)) {
+      near = &before;
+      near_distance = distance;
+    }
     if (distance > far_distance) {
       far_distance = distance;
       far = &before;

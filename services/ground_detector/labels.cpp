@@ -46,7 +46,7 @@ cv::Mat LabelPixels(const cv::Mat& ideal, const cv::Mat& log_odds, bool refine,
   cv::Mat unsure;
   cv::Mat ground = DecideCells(log_odds, unsure);
   if (refine) {
-    ground = RefineBorders(ideal, ground, options);
+    ground = RefineBorders(ideal, ground, log_odds, options);
   } else {
     cv::resize(ground, ground, ideal.size(), 0.0, 0.0, cv::INTER_NEAREST);
   }

@@ -94,6 +94,16 @@ TEST(GroundDetector, SeesTheWayWhileStandingStillFromTheFirstFrame) {
   }
 }
 
+TEST(GroundDetector, ATwentiethOfTheCameraHeightIsWayEnoughForParallax) {
+  const GroundCamera camera = TestCamera();
+  const double step_m = 0.06 * camera.height_m;
+  GroundDetector detector = MakeDetector(camera);
+  detector.Process(Render(OneBox(), camera, {}, 0).bgr, 0);
+  const GroundFrame found =
+      detector.Process(Render(OneBox(), camera, {step_m, 0.0, 0.0}, 1).bgr, kPeriod);
+  EXPECT_FALSE(found.evidence.empty());
+}
+
 TEST(GroundDetector, RefusesPicturesOfAnotherSizeOrKind) {
   GroundDetector detector = MakeDetector(TestCamera());
   EXPECT_THROW(detector.Process(cv::Mat(240, 319, CV_8UC3, cv::Scalar::all(90)), 0),
@@ -195,6 +205,34 @@ TEST(GroundDetector, TakesOutLensDistortion) {
   EXPECT_LT(shares.false_ground, 0.03);
 }
 
+// Of cells that are sure.
+cv::Mat LogOddsOf(const cv::Mat& ground) {
+  cv::Mat log_odds;
+  ground.convertTo(log_odds, CV_32FC1, 4.0 / 255.0, -2.0);
+  return log_odds;
+}
+
+TEST(RefineBorders, FollowsTheCellsWhereBothSidesLookAlike) {
+  // Blotches larger than what tells the sides apart, as of a wall and a floor of one material.
+  cv::Mat grain(240, 320, CV_8UC3);
+  cv::randn(grain, cv::Scalar::all(128), cv::Scalar::all(120));
+  cv::Mat picture;
+  cv::GaussianBlur(grain, picture, {0, 0}, 5.0);
+  constexpr int kBorderRow = 120;
+  cv::Mat truth(picture.size(), CV_8UC1, cv::Scalar(255));
+  truth.rowRange(0, kBorderRow).setTo(0);
+  cv::Mat coarse;
+  cv::resize(truth, coarse, {32, 24}, 0.0, 0.0, cv::INTER_NEAREST);
+  const auto error_px = [&](float cells_weight) {
+    BorderOptions options;
+    options.cells_weight = cells_weight;
+    const cv::Mat refined = RefineBorders(picture, coarse, LogOddsOf(coarse), options);
+    return cv::countNonZero(refined != truth) / 320.0;
+  };
+  EXPECT_LT(error_px(BorderOptions{}.cells_weight), 4.0);
+  EXPECT_LT(error_px(BorderOptions{}.cells_weight), 0.75 * error_px(0.0F));
+}
+
 TEST(RefineBorders, FindsASlantedEdgeToAPixel) {
   cv::Mat picture(240, 320, CV_8UC3, cv::Scalar(120, 140, 150));
   cv::Mat truth(picture.size(), CV_8UC1, cv::Scalar(255));
@@ -211,7 +249,7 @@ TEST(RefineBorders, FindsASlantedEdgeToAPixel) {
   picture += grain;
   cv::Mat coarse;
   cv::resize(truth, coarse, {32, 24}, 0.0, 0.0, cv::INTER_NEAREST);
-  const cv::Mat refined = RefineBorders(picture, coarse, {});
+  const cv::Mat refined = RefineBorders(picture, coarse, LogOddsOf(coarse), {});
   ASSERT_EQ(refined.size(), picture.size());
   // Wrong pixels for each column: what the border errs by on average.
   EXPECT_LT(cv::countNonZero(refined != truth) / 320.0, 0.7);
