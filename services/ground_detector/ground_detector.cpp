@@ -86,12 +86,17 @@ cv::Mat GroundDetector::Evidence() const {
 }
 
 // Back-projection and the region around it have to agree: alone, a feature that was mistaken for
-// its neighbour contradicts the ground that it lies on.
+// its neighbour contradicts the ground that it lies on. A corner just at a border is of both sides.
 void GroundDetector::SettleFeatures(const cv::Mat& labels,
                                     std::vector<ClassifiedFeature>& features) const {
   for (ClassifiedFeature& feature : features) {
-    const auto label = labels.at<std::uint8_t>(cvRound(feature.pixel.y), cvRound(feature.pixel.x));
-    if (label != static_cast<std::uint8_t>(feature.feature_class)) {
+    constexpr int kBorderPx = 2;  // what a corner and a border err by
+    const cv::Rect around =
+        cv::Rect(cvRound(feature.pixel.x) - kBorderPx, cvRound(feature.pixel.y) - kBorderPx,
+                 2 * kBorderPx + 1, 2 * kBorderPx + 1) &
+        cv::Rect({}, labels.size());
+    const auto own = static_cast<double>(feature.feature_class);
+    if (cv::countNonZero(labels(around) != own) > 0) {
       feature.feature_class = FeatureClass::kUndetermined;
     }
     if (!options_.camera.has_distortion()) continue;

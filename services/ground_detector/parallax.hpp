@@ -16,7 +16,7 @@ struct ParallaxOptions {
   // Reflections in a shiny floor move like planes below it, and so does the floor at the bottom of
   // a step: such a place does not stand up, and is not proven to be ground.
   std::vector<double> reflection_ratios = {-0.6, -2.0, -8.0};
-  float noise_grey = 1.0F;  // mean absolute difference that noise and resampling leave, grey levels
+  float noise_grey = 0.4F;  // mean absolute difference that noise and resampling leave, grey levels
 };
 
 // Evidence for each cell of a grid over the picture, CV_32FC1 of `cells`: 1 = moves like the ground

@@ -16,9 +16,9 @@ struct ClassifierOptions {
   float keep = 0.6F;          // share of what motion has said that is kept from frame to frame
   float motion_limit = 5.0F;  // log-odds that motion can heap up
   // How much each kind of knowledge insists against its surroundings.
-  float cell_motion_weight = 0.09F;     // for each unit of log-odds
+  float cell_motion_weight = 0.12F;     // for each unit of log-odds
   float segment_motion_weight = 0.02F;  // for each unit of log-odds
-  float colour_weight = 0.08F;
+  float colour_weight = 0.09F;
   float near_weight = 0.04F;       // what lies directly before the robot is ground, see README,
   float near_alone_weight = 0.1F;  // above all if it is one segment and no more
   float horizon_weight = 1.0F;     // what lies above the horizon is not
