@@ -45,6 +45,30 @@ std::array<SampleWeights, kSamples * kSamples> MakeWeights() {
   return weights;
 }
 
+// Smaller over greater eigenvalue of the structure tensor around a pixel: near 0 on a straight
+// edge, where a corner of the pixel grid can be found again anywhere along it.
+float Cornerness(const cv::Mat& grey, int u, int v) {
+  constexpr int kRadius = 4;
+  float xx = 0.0F;
+  float xy = 0.0F;
+  float yy = 0.0F;
+  for (int y = v - kRadius; y <= v + kRadius; ++y) {
+    const auto* above = grey.ptr<std::uint8_t>(y - 1);
+    const auto* row = grey.ptr<std::uint8_t>(y);
+    const auto* below = grey.ptr<std::uint8_t>(y + 1);
+    for (int x = u - kRadius; x <= u + kRadius; ++x) {
+      const auto dx = static_cast<float>(row[x + 1] - row[x - 1]);
+      const auto dy = static_cast<float>(below[x] - above[x]);
+      xx += dx * dx;
+      xy += dx * dy;
+      yy += dy * dy;
+    }
+  }
+  const float mean = 0.5F * (xx + yy);
+  const float spread = std::hypot(0.5F * (xx - yy), xy);
+  return mean > 0.0F ? (mean - spread) / (mean + spread) : 0.0F;
+}
+
 }  // namespace
 
 SurfDescriptor UprightSurf(const cv::Mat& integral, int u, int v) {
@@ -103,6 +127,7 @@ std::vector<Feature> DetectFeatures(const cv::Mat& grey, const FeatureOptions& o
         v >= grey.rows - kFeatureBorderPx) {
       continue;
     }
+    if (Cornerness(grey, u, v) < options.least_cornerness) continue;
     cells[static_cast<std::size_t>(v / options.cell_px * columns + u / options.cell_px)].push_back(
         corner);
   }

@@ -21,8 +21,10 @@ struct Feature {
 
 struct FeatureOptions {
   int fast_threshold = 8;  // grey levels; low, so that plain floors have features too
-  int cell_px = 32;        // side of a grid cell
-  int per_cell = 2;        // strongest corners kept in each cell
+  // Corners on straight edges are none: smaller over greater eigenvalue of the structure tensor.
+  float least_cornerness = 0.07F;
+  int cell_px = 32;  // side of a grid cell
+  int per_cell = 2;  // strongest corners kept in each cell
 };
 
 // Distance of a feature from the border of the picture that the descriptor needs, pixels.

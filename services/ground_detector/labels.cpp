@@ -45,12 +45,15 @@ cv::Mat LabelPixels(const cv::Mat& ideal, const cv::Mat& log_odds, bool refine,
                     const BorderOptions& options) {
   cv::Mat unsure;
   cv::Mat ground = DecideCells(log_odds, unsure);
+  cv::resize(unsure, unsure, ideal.size(), 0.0, 0.0, cv::INTER_NEAREST);
   if (refine) {
     ground = RefineBorders(ideal, ground, log_odds, options);
   } else {
-    cv::resize(ground, ground, ideal.size(), 0.0, 0.0, cv::INTER_NEAREST);
+    // The border runs where log-odds between the cells' centres are even.
+    cv::Mat even;
+    cv::resize(log_odds, even, ideal.size(), 0.0, 0.0, cv::INTER_LINEAR);
+    ground = (even > 0.0F) & ~unsure;
   }
-  cv::resize(unsure, unsure, ideal.size(), 0.0, 0.0, cv::INTER_NEAREST);
   cv::Mat labels(ideal.size(), CV_8UC1, cv::Scalar(kNotGround));
   labels.setTo(kUndetermined, unsure);
   labels.setTo(kGround, ground);
