@@ -1,8 +1,29 @@
 #include "services/ground_detector/messages.hpp"
 
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core.hpp>
 
 namespace beckon {
+namespace {
+
+// Each square takes the label that is safest for all of it: ground only where all of it is, and
+// not ground where any is.
+cv::Mat Coarsened(const cv::Mat& labels, int side) {
+  cv::Mat coarse = labels.clone();
+  for (int v = 0; v < labels.rows; v += side) {
+    for (int u = 0; u < labels.cols; u += side) {
+      const cv::Rect square = cv::Rect(u, v, side, side) & cv::Rect({}, labels.size());
+      cv::Mat block = coarse(square);
+      if (cv::countNonZero(block == kNotGround) > 0) {
+        block.setTo(kNotGround);
+      } else if (cv::countNonZero(block != kGround) > 0) {
+        block.setTo(kUndetermined);
+      }
+    }
+  }
+  return coarse;
+}
+
+}  // namespace
 
 ground_t MakeGroundMessage(const GroundFrame& frame) {
   ground_t message{};
@@ -10,12 +31,9 @@ ground_t MakeGroundMessage(const GroundFrame& frame) {
   message.width = frame.labels.cols;
   message.height = frame.labels.rows;
   message.runs = EncodeLabels(frame.labels);
-  // Each round takes labels at an ever coarser grid; at one cell for the picture it fits for sure.
+  // Each round takes a coarser grid; at one square for the picture it fits for sure.
   for (int side = 2; message.runs.size() > kMaxRunBytes; side *= 2) {
-    cv::Mat labels;
-    cv::resize(frame.labels, labels, {}, 1.0 / side, 1.0 / side, cv::INTER_NEAREST);
-    cv::resize(labels, labels, frame.labels.size(), 0.0, 0.0, cv::INTER_NEAREST);
-    message.runs = EncodeLabels(labels);
+    message.runs = EncodeLabels(Coarsened(frame.labels, side));
   }
   message.size = static_cast<std::int32_t>(message.runs.size());
   message.pitch_rad = static_cast<float>(frame.pitch_rad);

@@ -283,10 +283,17 @@ TEST(MakeGroundMessage, AlwaysFitsOneDatagram) {
   GroundFrame frame;
   frame.utime = 42;
   frame.labels.create(480, 640, CV_8UC1);
-  cv::randu(frame.labels, 0, 3);
+  frame.labels.setTo(kGround);
+  cv::Mat ragged_half = frame.labels.rowRange(0, 240);
+  cv::randu(ragged_half, 0, 3);
   const ground_t ragged = MakeGroundMessage(frame);
   EXPECT_LE(ragged.runs.size(), kMaxRunBytes);
-  EXPECT_EQ(DecodeLabels(ragged.runs, 640, 480).size(), frame.labels.size());
+  const cv::Mat decoded = DecodeLabels(ragged.runs, 640, 480);
+  ASSERT_EQ(decoded.size(), frame.labels.size());
+  EXPECT_EQ(cv::countNonZero((decoded == kGround) & (frame.labels != kGround)), 0)
+      << "coarser, but nothing becomes ground";
+  EXPECT_EQ(cv::countNonZero((frame.labels == kNotGround) & (decoded != kNotGround)), 0);
+  EXPECT_EQ(cv::countNonZero(decoded.rowRange(240, 480) != kGround), 0);
   frame.labels.setTo(kGround);
   frame.labels.rowRange(0, 100).setTo(kNotGround);
   const ground_t plain = MakeGroundMessage(frame);
