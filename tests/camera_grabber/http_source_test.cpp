@@ -178,7 +178,8 @@ TEST(Grabber, OpensAStalledStreamAnew) {
       while (client.Send("noise ")) std::this_thread::sleep_for(milliseconds(5));
     } else {
       client.Send(StreamServer::kHeader);
-      while (client.Send(Part(jpeg))) std::this_thread::sleep_for(milliseconds(20));
+      for (int i = 0; client.Send(Part(TestJpegText(64, 48, 10 * (i % 20)))); ++i)
+        std::this_thread::sleep_for(milliseconds(20));
     }
   });
   CameraGrabberOptions options;
