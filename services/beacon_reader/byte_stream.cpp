@@ -2,6 +2,8 @@
 
 #include <fcntl.h>
 #include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -39,6 +41,18 @@ void SetRaw(int fd, int baud) {
   tcflush(fd, TCIFLUSH);
 }
 
+// A peer that loses power says nothing; the kernel then finds out, in some ten seconds and not, as
+// by default, in two hours.
+void KeepAlive(int fd) {
+  const auto set = [fd](int level, int option, int value) {
+    setsockopt(fd, level, option, &value, sizeof value);
+  };
+  set(SOL_SOCKET, SO_KEEPALIVE, 1);
+  set(IPPROTO_TCP, TCP_KEEPIDLE, 4);
+  set(IPPROTO_TCP, TCP_KEEPINTVL, 2);
+  set(IPPROTO_TCP, TCP_KEEPCNT, 3);
+}
+
 int ConnectTcp(const std::string& host, const std::string& port) {
   constexpr int kTimeoutMs = 3000;
   addrinfo hints{};
@@ -63,9 +77,7 @@ int ConnectTcp(const std::string& host, const std::string& port) {
       }
     }
     if (error == 0) {
-      // A peer that loses power says nothing; the kernel then finds out.
-      const int on = 1;
-      setsockopt(fd, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+      KeepAlive(fd);
       return fd;
     }
     reason = std::strerror(error);
