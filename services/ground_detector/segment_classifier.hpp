@@ -13,10 +13,10 @@
 namespace beckon {
 
 struct ClassifierOptions {
-  float keep = 0.6F;          // share of what motion has said that is kept from frame to frame
+  float keep = 0.35F;          // share of what motion has said that is kept from frame to frame
   float motion_limit = 5.0F;  // log-odds that motion can heap up
   // How much each kind of knowledge insists against its surroundings.
-  float cell_motion_weight = 0.12F;     // for each unit of log-odds
+  float cell_motion_weight = 0.15F;     // for each unit of log-odds
   float segment_motion_weight = 0.02F;  // for each unit of log-odds
   float colour_weight = 0.09F;
   float near_weight = 0.04F;       // what lies directly before the robot is ground, see README,
