@@ -13,10 +13,6 @@ constexpr float kMiss = -0.5F;
 constexpr float kMaxLogOdds = 3.0F;
 constexpr float kForgotten = 0.05F;
 
-// Floor that was seen before a turn of this much is worth 1/e of itself: what errs in the angle, as
-// odometry by some per cent, puts it where something else may stand.
-constexpr double kTurnMemoryRad = 3.0;
-
 constexpr double kRecentreFraction = 1.0 / 8.0;  // of the grid's side
 constexpr double kMotionWaitS = 0.3;
 constexpr double kRestartS = 1.0;
@@ -39,11 +35,6 @@ OccupancyMap::OccupancyMap(const OccupancyMapOptions& options) : options_(option
 }
 
 void OccupancyMap::Move(const Pose2& old_robot_from_robot) {
-  const auto keep =
-      static_cast<float>(std::exp(-std::abs(old_robot_from_robot.theta) / kTurnMemoryRad));
-  for (float& cell : log_odds_) {
-    if (cell < 0.0F) cell *= keep;
-  }
   grid_from_robot_ = grid_from_robot_ * old_robot_from_robot;
   Recentre();
 }
