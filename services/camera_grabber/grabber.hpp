@@ -5,7 +5,6 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "services/camera_grabber/frame_source.hpp"
 #include "services/camera_grabber/options.hpp"
@@ -55,7 +54,6 @@ class Grabber {
   std::chrono::microseconds open_at_{};
   std::chrono::microseconds last_frame_{};  // or when the source was opened
   std::chrono::microseconds patience_{};    // with silence since then
-  std::vector<std::uint8_t> newest_jpeg_;   // of a live source
   Counts counts_;
   bool is_refusing_ = false;
 };

@@ -11,17 +11,6 @@ constexpr double kClockSetBackS = 1.0;
 constexpr double kMaxJumpM = 0.5;  // beyond what the top speed explains
 constexpr double kMaxJumpRad = 0.7;
 
-// A base that starts anew counts from its origin, exactly; one that drives does not come by there.
-bool StartsAnew(const Pose2& last, const Pose2& next) {
-  constexpr double kExactly = 1e-9;
-  constexpr double kNoMatterM = 0.01;
-  constexpr double kNoMatterRad = 0.01;
-  const auto is_origin = [](const Pose2& pose, double metres, double radians) {
-    return pose.translation().norm() < metres && std::abs(pose.theta) < radians;
-  };
-  return is_origin(next, kExactly, kExactly) && !is_origin(last, kNoMatterM, kNoMatterRad);
-}
-
 }  // namespace
 
 bool LocalFrame::AddOdometry(Instant now, Utime utime, const Pose2& local_from_robot) {
@@ -30,7 +19,7 @@ bool LocalFrame::AddOdometry(Instant now, Utime utime, const Pose2& local_from_r
     const PoseHistory::Entry& last = history_.newest();
     const double elapsed_s = SecondsFromUtime(utime - last.utime);
     const Pose2 motion = last.pose.Inverse() * local_from_robot;
-    is_same_frame = elapsed_s > -kClockSetBackS && !StartsAnew(last.pose, local_from_robot) &&
+    is_same_frame = elapsed_s > -kClockSetBackS &&
                     motion.translation().norm() <
                         kMaxJumpM + 2.0 * robot_.max_speed_mps * std::max(0.0, elapsed_s) &&
                     std::abs(motion.theta) <

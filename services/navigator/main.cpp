@@ -20,7 +20,7 @@ void Run(Service& service, const NavigatorServiceOptions& options) {
   if (const auto call = resume.Load(now().utime)) navigator.OnCall(now(), *call);
 
   bus.Subscribe<call_t>(channels::kCall, [&](const call_t& message) {
-    navigator.OnCall(now(), CallFromMessage(message, now().utime));
+    navigator.OnCall(now(), CallFromMessage(message));
     resume.Save(now().utime, navigator.ActiveCall());
   });
   bus.Subscribe<location_t>(channels::kLocation, [&](const location_t& message) {

@@ -1,6 +1,5 @@
 #include "services/navigator/messages.hpp"
 
-#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -26,15 +25,7 @@ Pose2 CheckedPose(const bot_core::pose_t& message, const std::function<void()>& 
   throw std::invalid_argument("the pose is not finite or not a rotation");
 }
 
-Call CallFromMessage(const call_t& message, Utime now) {
-  // Nobody waits any longer for a robot that was called in a recording, or before a network came
-  // back. Who wants it to stop is obeyed whatever his clock says.
-  constexpr double kMaxAgeS = 10.0;
-  const double age_s = SecondsFromUtime(now - message.utime);
-  if (message.kind != call_t::CANCEL && std::abs(age_s) > kMaxAgeS) {
-    throw std::invalid_argument("a call that is " + std::to_string(std::llround(age_s)) +
-                                " s old: from a recording, or by a clock that is wrong");
-  }
+Call CallFromMessage(const call_t& message) {
   Call call;
   call.utime = message.utime;
   call.tag = message.tag;

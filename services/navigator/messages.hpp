@@ -18,8 +18,7 @@ namespace beckon {
 
 // Calls `on_invalid` before it throws.
 Pose2 CheckedPose(const bot_core::pose_t& message, const std::function<void()>& on_invalid);
-// Refuses what is older than 10 s, or as far in the future, unless it cancels.
-Call CallFromMessage(const call_t& message, Utime now);
+Call CallFromMessage(const call_t& message);
 LocatedTag LocationFromMessage(const location_t& message);
 Scan ScanFromMessage(const bot_core::planar_lidar_t& message);
 PossibleArea AreaFromMessage(const probability_map_t& message);

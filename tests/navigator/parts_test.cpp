@@ -519,20 +519,6 @@ TEST(LocalFrame, OdometryThatStartsAnewIsAnotherFrame) {
   EXPECT_NEAR(frame.Now(clock.Now()).x, 0.0, 1e-9);
 }
 
-TEST(LocalFrame, OdometryThatStartsAnewNearItsOriginIsAnotherFrame) {
-  LocalFrame frame(RobotOptions{});
-  ManualClock clock;
-  const auto add = [&](const Pose2& pose) {
-    clock.Advance(std::chrono::milliseconds(100));
-    return frame.AddOdometry(clock.Now(), clock.Now().utime, pose);
-  };
-  EXPECT_TRUE(add({0.2, 0.1, 0.3}));
-  EXPECT_TRUE(add({0.005, 0.0, 0.001})) << "drives by";
-  EXPECT_TRUE(add({0.0, 0.0, 0.0})) << "hardly another";
-  EXPECT_TRUE(add({0.04, 0.0, 0.1}));
-  EXPECT_FALSE(add({0.0, 0.0, 0.0}));
-}
-
 // ---- Destination
 
 TEST(Destination, GoesNearerWhereTheRadioIsUncertain) {

@@ -72,7 +72,6 @@ class LiveRobot {
     }
     bus_.Subscribe<velocity_command_t>(channels::kDrive, [this](const velocity_command_t& command) {
       if (!std::isfinite(command.linear_mps) || !std::isfinite(command.angular_radps)) {
-        simulation_.Command(0.0, 0.0);  // as any base has to, see tools/base_adapter
         throw std::invalid_argument("the command is not finite");
       }
       simulation_.Command(command.linear_mps, command.angular_radps);
