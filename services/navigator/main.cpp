@@ -17,7 +17,7 @@ void Run(Service& service, const NavigatorServiceOptions& options) {
   ResumeFile resume(options.resume_file, options.resume_within_s);
   MessageBus& bus = service.bus();
   const auto now = [&] { return service.clock().Now(); };
-  if (const auto call = resume.Load(now().utime)) navigator.OnCall(now(), *call);
+  if (const auto call = resume.Load(now().utime)) navigator.Resume(now(), *call);
 
   bus.Subscribe<call_t>(channels::kCall, [&](const call_t& message) {
     navigator.OnCall(now(), CallFromMessage(message));
