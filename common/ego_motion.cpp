@@ -1,40 +1,27 @@
 #include "common/ego_motion.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include "common/odometry_frame.hpp"
 
 namespace beckon {
 namespace {
 
-constexpr double kMaxSpeedMps = 3.0;  // faster than any robot this is for: an odometry reset
-constexpr double kMaxTurnRadps = 8.0;
-constexpr double kRestartS = 1.0;
-
-bool IsPlausibleMotion(const Pose2& motion, double elapsed_s) {
-  // The allowance keeps two poses of almost the same time from looking fast.
-  return motion.translation().norm() <= kMaxSpeedMps * elapsed_s + 0.05 &&
-         std::abs(motion.theta) <= kMaxTurnRadps * elapsed_s + 0.05;
-}
+// Faster than any robot this is for.
+constexpr MotionLimits kLimits{.speed_mps = 3.0, .turn_radps = 8.0};
 
 }  // namespace
 
 void EgoMotion::AddOdometry(Utime utime, const Pose2& odometry_from_robot) {
-  if (!odometry_.empty()) {
-    const PoseHistory::Entry& last = odometry_.newest();
-    const double elapsed_s = SecondsFromUtime(utime - last.utime);
-    // The base has been restarted, or somebody replays a log again: old poses belong to another
-    // frame.
-    if (elapsed_s < -kRestartS ||
-        !IsPlausibleMotion(last.pose.Inverse() * odometry_from_robot, std::max(0.0, elapsed_s))) {
-      odometry_.Clear();
-    }
+  // The base has been restarted, or somebody replays a log again.
+  if (!odometry_.empty() &&
+      IsAnotherFrame(odometry_.newest(), utime, odometry_from_robot, kLimits)) {
+    odometry_.Clear();
   }
   odometry_.Add(utime, odometry_from_robot);
 }
 
 void EgoMotion::AddGroundMotion(Utime utime_from, Utime utime, const std::optional<Pose2>& motion) {
   if (!motion || utime <= utime_from ||
-      !IsPlausibleMotion(*motion, SecondsFromUtime(utime - utime_from))) {
+      IsTooFast(*motion, SecondsFromUtime(utime - utime_from), kLimits)) {
     visual_.Clear();
     return;
   }

@@ -59,6 +59,7 @@ class FolderSource : public FrameSource {
 
   bool ended() const override { return next_ >= files_.size(); }
   bool is_live() const override { return false; }
+  bool may_repeat() const override { return true; }
 
  private:
   Frame ReadPng(const std::filesystem::path& file) const {

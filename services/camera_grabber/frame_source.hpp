@@ -45,6 +45,9 @@ class FrameSource {
   virtual bool ended() const { return false; }
   // Whether silence means that something is wrong. Not for sources that wait on purpose.
   virtual bool is_live() const { return true; }
+  // Whether pictures in a row may well be alike to the last byte. A sensor's noise sees to it that
+  // they are not; recordings, and video codecs that leave out what has not changed, may.
+  virtual bool may_repeat() const { return false; }
   // Frames passed over since the last call, because newer ones had come.
   virtual std::int64_t TakeDropped() { return 0; }
 };

@@ -30,9 +30,10 @@ Frame FrameFromImage(Utime utime, const cv::Mat& image, int jpeg_quality, const 
   }
 }
 
-Grabber::Grabber(Open open, double stall_s, const Clock& clock)
+Grabber::Grabber(Open open, const Options& options, const Clock& clock)
     : open_(std::move(open)),
-      stall_(UtimeFromSeconds(stall_s)),
+      stall_(UtimeFromSeconds(options.stall_s)),
+      allow_repeats_(options.allow_repeats),
       clock_(clock),
       open_at_(clock.Now().steady) {}
 
@@ -49,13 +50,20 @@ std::optional<Frame> Grabber::Next(std::chrono::milliseconds timeout) {
       now = clock_.Now();
       last_frame_ = now.steady;
       patience_ = kFirstFramePatience * stall_;
+      is_repeating_ = false;
     }
     std::optional<Frame> frame = source_->Next(timeout);
     now = clock_.Now();
     counts_.dropped += source_->TakeDropped();
+    is_repeating_ = frame ? IsRepeated(*frame) : is_repeating_;
+    if (is_repeating_ && frame) {
+      ++counts_.dropped;
+      frame.reset();
+    }
     if (frame) {
       ++counts_.received;
       is_refusing_ = false;
+      last_jpeg_ = frame->jpeg;
       last_frame_ = now.steady;
       patience_ = stall_;
       state_ = State::kStreaming;
@@ -66,7 +74,8 @@ std::optional<Frame> Grabber::Next(std::chrono::milliseconds timeout) {
       reason_ = "played to the end";
       std::this_thread::sleep_for(timeout);
     } else if (source_->is_live() && now.steady - last_frame_ > patience_) {
-      Lose("no frame for " + std::to_string((now.steady - last_frame_).count() / 1000) + " ms",
+      Lose((is_repeating_ ? "the same picture to the last byte for " : "no frame for ") +
+               std::to_string((now.steady - last_frame_).count() / 1000) + " ms",
            now);
     }
     return frame;
@@ -80,6 +89,10 @@ std::optional<Frame> Grabber::Next(std::chrono::milliseconds timeout) {
     Lose(error.what(), clock_.Now());
   }
   return std::nullopt;
+}
+
+bool Grabber::IsRepeated(const Frame& frame) const {
+  return !allow_repeats_ && !source_->may_repeat() && frame.jpeg == last_jpeg_;
 }
 
 void Grabber::Lose(const std::string& reason, Instant now) {

@@ -1,10 +1,11 @@
-// Keeps a source of frames open: notices silence, opens it anew with back-off, refuses damaged
-// frames.
+// Keeps a source of frames open: notices silence and frozen pictures, opens it anew with back-off,
+// refuses damaged frames.
 #pragma once
 
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "services/camera_grabber/frame_source.hpp"
 #include "services/camera_grabber/options.hpp"
@@ -26,10 +27,17 @@ class Grabber {
   };
   using Open = std::function<std::unique_ptr<FrameSource>()>;
 
-  // `open` makes the source, or throws SourceError.
-  Grabber(Open open, double stall_s, const Clock& clock);
+  struct Options {
+    double stall_s = 1.0;        // a live source without a usable frame for longer is opened anew
+    bool allow_repeats = false;  // pictures that are alike to the last byte are all passed on
+  };
 
-  // The next frame, waited for up to about `timeout`. Never throws for what the source does.
+  // `open` makes the source, or throws SourceError.
+  Grabber(Open open, const Options& options, const Clock& clock);
+
+  // The next frame, waited for up to about `timeout`. A picture that is the last one again, to the
+  // last byte, from a source that cannot repeat itself is none. Never throws for what the source
+  // does.
   std::optional<Frame> Next(std::chrono::milliseconds timeout);
 
   State state() const { return state_; }
@@ -42,10 +50,12 @@ class Grabber {
   static constexpr int kFirstFramePatience = 4;
 
  private:
+  bool IsRepeated(const Frame& frame) const;
   void Lose(const std::string& reason, Instant now);
 
   const Open open_;
   const std::chrono::microseconds stall_;
+  const bool allow_repeats_;
   const Clock& clock_;
   std::unique_ptr<FrameSource> source_;
   State state_ = State::kOpening;
@@ -56,6 +66,8 @@ class Grabber {
   std::chrono::microseconds patience_{};    // with silence since then
   Counts counts_;
   bool is_refusing_ = false;
+  bool is_repeating_ = false;
+  std::vector<std::uint8_t> last_jpeg_;  // kept while the source is opened anew
 };
 
 // The source that the options name.

@@ -41,7 +41,8 @@ void ReportHealth(Service& service, const Grabber& grabber) {
 void Run(Service& service, const CameraGrabberOptions& options) {
   // Cameras block: they get a thread of their own, so that HEALTH goes on.
   std::jthread capture([&](const std::stop_token& token) {
-    Grabber grabber(OpenerFor(options, service.clock()), options.stall_s, service.clock());
+    Grabber grabber(OpenerFor(options, service.clock()), {options.stall_s, options.allow_repeats},
+                    service.clock());
     bool warned = false;
     while (!token.stop_requested() && !service.stopping()) {
       std::optional<Frame> frame = grabber.Next(kWait);

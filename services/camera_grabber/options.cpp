@@ -20,6 +20,7 @@ CameraGrabberOptions ReadCameraGrabberOptions(ConfigFile& file) {
   table.Optional("start_delay_s", options.playback.start_delay_s, Range{0.0, 3600.0});
   table.Optional("jpeg_quality", options.jpeg_quality, Range{10, 100});
   table.Optional("stall_s", options.stall_s, Range{0.1, 60.0});
+  table.Optional("allow_repeats", options.allow_repeats);
 
   if (options.source == "network") {
     const bool known = options.url.starts_with("http://") || options.url.starts_with("https://") ||

@@ -28,10 +28,11 @@ struct PlaybackOptions {
 struct CameraGrabberOptions {
   std::string source = "device";  // device, network, video or folder
   DeviceOptions device;
-  std::string url;           // network
-  PlaybackOptions playback;  // video, folder
-  int jpeg_quality = 85;     // where the source gives no JPEG
-  double stall_s = 1.0;      // a live source silent for longer is opened anew
+  std::string url;             // network
+  PlaybackOptions playback;    // video, folder
+  int jpeg_quality = 85;       // where the source gives no JPEG
+  double stall_s = 1.0;        // a live source silent for longer is opened anew
+  bool allow_repeats = false;  // of one picture, to the last byte: a camera without noise
 };
 
 CameraGrabberOptions ReadCameraGrabberOptions(ConfigFile& file);

@@ -42,6 +42,7 @@ class VideoFile : public FrameSource {
 
   bool ended() const override { return ended_; }
   bool is_live() const override { return false; }
+  bool may_repeat() const override { return true; }
 
  private:
   static cv::VideoCapture Open(const PlaybackOptions& options) {
@@ -85,6 +86,8 @@ class RtspStream : public FrameSource {
       throw SourceError("the stream from " + url_ + " broke off or stalled");
     return FrameFromImage(clock_.Now().utime, image, jpeg_quality_, "a frame from " + url_);
   }
+
+  bool may_repeat() const override { return true; }
 
  private:
   const std::string url_;

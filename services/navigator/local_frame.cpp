@@ -1,31 +1,22 @@
 #include "services/navigator/local_frame.hpp"
 
-#include <chrono>
-#include <cmath>
+#include "common/odometry_frame.hpp"
 
 namespace beckon {
 namespace {
 
 constexpr double kOdometryTimeoutS = 0.5;
 constexpr double kClockSetBackS = 1.0;
-constexpr double kMaxJumpM = 0.5;  // beyond what the top speed explains
-constexpr double kMaxJumpRad = 0.7;
+constexpr double kOverTopSpeed = 2.0;  // pushed, or driven by hand
 
 }  // namespace
 
 bool LocalFrame::AddOdometry(Instant now, Utime utime, const Pose2& local_from_robot) {
-  bool is_same_frame = true;
-  if (!history_.empty()) {
-    const PoseHistory::Entry& last = history_.newest();
-    const double elapsed_s = SecondsFromUtime(utime - last.utime);
-    const Pose2 motion = last.pose.Inverse() * local_from_robot;
-    is_same_frame = elapsed_s > -kClockSetBackS &&
-                    motion.translation().norm() <
-                        kMaxJumpM + 2.0 * robot_.max_speed_mps * std::max(0.0, elapsed_s) &&
-                    std::abs(motion.theta) <
-                        kMaxJumpRad + 2.0 * robot_.max_turn_radps * std::max(0.0, elapsed_s);
-    if (!is_same_frame) history_.Clear();
-  }
+  const MotionLimits limits{kOverTopSpeed * robot_.max_speed_mps,
+                            kOverTopSpeed * robot_.max_turn_radps};
+  const bool is_same_frame =
+      history_.empty() || !IsAnotherFrame(history_.newest(), utime, local_from_robot, limits);
+  if (!is_same_frame) history_.Clear();
   history_.Add(utime, local_from_robot);
   odometry_at_ = now;
   return is_same_frame;

@@ -17,7 +17,7 @@ void Run(Service& service, const NavigatorServiceOptions& options) {
   ResumeFile resume(options.resume_file, options.resume_within_s);
   MessageBus& bus = service.bus();
   const auto now = [&] { return service.clock().Now(); };
-  if (const auto call = resume.Load(now().utime)) navigator.OnCall(now(), *call);
+  if (const auto call = resume.Load(now().utime)) navigator.Resume(now(), *call);
 
   bus.Subscribe<call_t>(channels::kCall, [&](const call_t& message) {
     navigator.OnCall(now(), CallFromMessage(message));
@@ -47,8 +47,9 @@ void Run(Service& service, const NavigatorServiceOptions& options) {
 
   std::int64_t sequence = 0;
   service.Every(std::chrono::milliseconds(50), [&](Instant instant) {
+    // Dated by what it was decided on, so that a turn that took long makes it old.
     const Velocity velocity = navigator.Tick(instant);
-    bus.Publish(channels::kDrive, MessageFromVelocity(now().utime, ++sequence, velocity));
+    bus.Publish(channels::kDrive, MessageFromVelocity(instant.utime, ++sequence, velocity));
   });
   service.Every(std::chrono::milliseconds(100), [&](Instant instant) {
     bus.Publish(channels::kNavigator, MessageFromStatus(instant.utime, navigator.status()));

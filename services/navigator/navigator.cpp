@@ -21,6 +21,11 @@ constexpr double kMaxTickS = 0.2;
 constexpr double kFindItselfS = 180.0;
 constexpr double kPlaceableS = 0.5;  // a pose farther from now than this needs a history
 
+// Longer than a button's message takes through any radio network; clocks of two hosts that are kept
+// by NTP differ by far less than the second.
+constexpr double kOldestCallS = 10.0;
+constexpr double kFutureCallS = 1.0;
+
 // Patience with whatever is in the way: people walk on.
 constexpr double kWaitForObstacleS = 4.0;
 constexpr double kWaitAtGoalS = 2.0;
@@ -66,6 +71,26 @@ void CheckGrid(const SeenGrid& grid) {
   }
 }
 
+void CheckCall(const Call& call) {
+  if (call.kind == Call::Kind::kTag && call.tag.empty()) {
+    throw std::invalid_argument("a call by a tag without a name");
+  }
+  if (call.kind == Call::Kind::kPoint && !call.point.allFinite()) {
+    throw std::invalid_argument("a call to a point that is not finite");
+  }
+}
+
+// Why a call made at this time is not to be obeyed; empty where it is.
+std::string WhyUntimely(Instant now, const Call& call) {
+  const double age_s = SecondsFromUtime(now.utime - call.utime);
+  if (age_s <= kOldestCallS && age_s >= -kFutureCallS) return "";
+  char text[120];
+  std::snprintf(text, sizeof(text),
+                "a call made %.1f s %s: played back, or the caller's clock is wrong",
+                std::abs(age_s), age_s > 0.0 ? "ago" : "from now");
+  return text;
+}
+
 std::string Metres(double metres) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.1f m", metres);
@@ -86,12 +111,21 @@ Navigator::Navigator(const NavigatorOptions& options, const FloorPlan& plan)
       wanderer_(options.robot, options.follower.margin_m) {}
 
 void Navigator::OnCall(Instant now, const Call& call) {
-  if (call.kind == Call::Kind::kTag && call.tag.empty()) {
-    throw std::invalid_argument("a call by a tag without a name");
+  CheckCall(call);
+  const std::string why = call.kind == Call::Kind::kCancel ? "" : WhyUntimely(now, call);
+  if (!why.empty()) {
+    if (status_.state == NavigatorState::kIdle) status_.detail = "refused " + why;
+    throw std::invalid_argument(why);
   }
-  if (call.kind == Call::Kind::kPoint && !call.point.allFinite()) {
-    throw std::invalid_argument("a call to a point that is not finite");
-  }
+  Answer(now, call);
+}
+
+void Navigator::Resume(Instant now, const Call& call) {
+  CheckCall(call);
+  Answer(now, call);
+}
+
+void Navigator::Answer(Instant now, const Call& call) {
   // Who calls again while the robot stands where it took the caller to be is somewhere else.
   const bool is_repeated = status_.state == NavigatorState::kArrived &&
                            call.kind == Call::Kind::kTag && status_.tag == call.tag;

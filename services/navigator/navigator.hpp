@@ -42,7 +42,11 @@ class Navigator {
   Navigator(const Navigator&) = delete;  // its parts know each other
   Navigator& operator=(const Navigator&) = delete;
 
+  // A call that was made too long ago, or by a clock that is wrong, is refused: somebody plays a
+  // log back, or it would be obeyed when the caller has long gone. A CANCEL always holds.
   void OnCall(Instant now, const Call& call);
+  // Goes on with a call that was accepted before this program was restarted, however old.
+  void Resume(Instant now, const Call& call);
   void OnLocation(Instant now, const LocatedTag& location);
   // Used where the tag turns out not to be where it was thought.
   void OnPossibleArea(Instant now, const PossibleArea& area);
@@ -63,6 +67,7 @@ class Navigator {
   std::optional<Call> ActiveCall() const;
 
  private:
+  void Answer(Instant now, const Call& call);
   // What it does to come free, in the order in which it is tried.
   Velocity Drive(Instant now, const Pose2& local_from_base);
   Velocity FindItself(Instant now, const Pose2& local_from_base);

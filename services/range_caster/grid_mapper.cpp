@@ -6,10 +6,13 @@
 namespace beckon {
 namespace {
 
-// One scan's say on a cell at close range, and where evidence saturates: about a second of ground
+// What a scan says of a cell at close range, and where evidence saturates: about a second of ground
 // seen undoes an obstacle, one phantom does not undo ground.
 constexpr float kHit = 0.9F;
 constexpr float kMiss = -0.5F;
+// Scans that come faster than this are not independent of each other: errors of labels last for
+// frames. Together they say what one would.
+constexpr double kIndependentS = 0.1;
 constexpr float kMaxLogOdds = 3.0F;
 constexpr float kForgotten = 0.05F;
 
@@ -65,6 +68,8 @@ void OccupancyMap::Integrate(const VirtualScan& scan, const RayCaster& caster, d
   const auto keep = static_cast<float>(std::exp(-elapsed_s / options_.memory_s));
   for (float& cell : log_odds_) cell *= keep;
 
+  const auto share = static_cast<float>(std::clamp(elapsed_s / kIndependentS, 0.0, 1.0));
+
   const double step = 0.5 * grid_.resolution_m;
   touched_.clear();
   // An obstacle outweighs ground in the same cell: its foot is part of the cell.
@@ -113,7 +118,7 @@ void OccupancyMap::Integrate(const VirtualScan& scan, const RayCaster& caster, d
   for (const int cell : touched_) {
     float& evidence = evidence_[static_cast<std::size_t>(cell)];
     float& known = log_odds_[static_cast<std::size_t>(cell)];
-    known = std::clamp(known + evidence, -kMaxLogOdds, kMaxLogOdds);
+    known = std::clamp(known + share * evidence, -kMaxLogOdds, kMaxLogOdds);
     evidence = 0.0F;
   }
 }
@@ -153,7 +158,9 @@ bool GridMapper::Update() {
     } else {
       break;
     }
-    map_.Integrate(next.scan, caster_, utime_ == 0 ? 0.0 : SecondsFromUtime(next.utime - utime_));
+    // The first of all stands for itself.
+    const double elapsed_s = utime_ == 0 ? kIndependentS : SecondsFromUtime(next.utime - utime_);
+    map_.Integrate(next.scan, caster_, elapsed_s);
     utime_ = next.utime;
     pending_.pop_front();
     any = true;

@@ -33,8 +33,8 @@ class OccupancyMap {
   void Move(const Pose2& old_robot_from_robot);
   // Nothing that was seen can be placed any more.
   void Forget();
-  // Lets `elapsed_s` of evidence fade, then adds what one scan says, seen from where the robot is
-  // now.
+  // Lets evidence fade for `elapsed_s`, the time since the last scan, then adds what this one says,
+  // seen from where the robot is now. Scans in quick succession say less each.
   void Integrate(const VirtualScan& scan, const RayCaster& caster, double elapsed_s);
 
   double resolution_m() const { return grid_.resolution_m; }

@@ -129,7 +129,7 @@ TEST(FolderSource, OddFramesArePassedOnAndImpossibleOnesRefused) {
   folder.Write("e.jpg", TestJpegText(320, 240));
   ManualClock clock;
   Grabber grabber(
-      [&] { return OpenFolderSource({.path = folder.path(), .rate_hz = 1000.0}, 85, clock); }, 1.0,
+      [&] { return OpenFolderSource({.path = folder.path(), .rate_hz = 1000.0}, 85, clock); }, {},
       clock);
   std::vector<int> widths;
   for (int i = 0; i < 5; ++i) {
@@ -208,12 +208,14 @@ TEST(RtspStream, SaysThatThereIsNoStream) {
 // A source that does what the test says.
 struct Script {
   std::function<std::optional<Frame>()> next;
+  bool may_repeat = false;
   int opened = 0;
 };
 class ScriptedSource : public FrameSource {
  public:
   explicit ScriptedSource(Script& script) : script_(script) { ++script_.opened; }
   std::optional<Frame> Next(milliseconds) override { return script_.next(); }
+  bool may_repeat() const override { return script_.may_repeat; }
 
  private:
   Script& script_;
@@ -231,13 +233,17 @@ class GrabberTest : public ::testing::Test {
     return frames;
   }
 
+  // A picture like no other.
+  Frame Fresh() { return {.jpeg = {++number_}}; }
+
   ManualClock clock_;
   Script script_;
-  Grabber grabber_{[this] { return std::make_unique<ScriptedSource>(script_); }, 1.0, clock_};
+  std::uint8_t number_ = 0;
+  Grabber grabber_{[this] { return std::make_unique<ScriptedSource>(script_); }, {}, clock_};
 };
 
 TEST_F(GrabberTest, NoticesSilenceWithinASecondAndOpensAnew) {
-  script_.next = [] { return Frame{}; };
+  script_.next = [this] { return Fresh(); };
   EXPECT_EQ(Run(milliseconds(500)), 10);
   EXPECT_EQ(grabber_.state(), Grabber::State::kStreaming);
   script_.next = [] { return std::nullopt; };
@@ -249,17 +255,59 @@ TEST_F(GrabberTest, NoticesSilenceWithinASecondAndOpensAnew) {
   Run(milliseconds(500));
   EXPECT_EQ(script_.opened, 2);
   EXPECT_EQ(grabber_.state(), Grabber::State::kLost);  // open, but not delivering yet
-  script_.next = [] { return Frame{}; };
+  script_.next = [this] { return Fresh(); };
   EXPECT_GT(Run(milliseconds(500)), 0);
   EXPECT_EQ(script_.opened, 2);
   EXPECT_EQ(grabber_.reason(), "");
+}
+
+TEST_F(GrabberTest, OnePictureAgainAndAgainIsAFrozenCamera) {
+  const Frame still{.jpeg = {1, 2, 3}};
+  script_.next = [&] { return still; };
+  EXPECT_EQ(Run(milliseconds(900)), 1) << "repeats are not sent as new";
+  EXPECT_EQ(grabber_.state(), Grabber::State::kStreaming);
+  Run(milliseconds(250));
+  EXPECT_EQ(grabber_.state(), Grabber::State::kLost);
+  EXPECT_THAT(grabber_.reason(), HasSubstr("the same picture"));
+  EXPECT_EQ(grabber_.TakeCounts().received, 1);
+  EXPECT_EQ(Run(milliseconds(10'000)), 0) << "nor after it was opened anew";
+  EXPECT_GT(script_.opened, 1);
+  EXPECT_EQ(grabber_.state(), Grabber::State::kLost);
+  EXPECT_THAT(grabber_.reason(), HasSubstr("the same picture"));
+  script_.next = [this] { return Fresh(); };
+  EXPECT_GT(Run(milliseconds(2500)), 0);
+  EXPECT_EQ(grabber_.state(), Grabber::State::kStreaming);
+}
+
+// A server that sends each picture twice is no frozen camera.
+TEST_F(GrabberTest, OfPicturesThatComeTwiceOneIsSent) {
+  int turn = 0;
+  script_.next = [&] { return ++turn % 2 == 0 ? Frame{.jpeg = {number_}} : Fresh(); };
+  EXPECT_EQ(Run(milliseconds(4000)), 40);
+  EXPECT_EQ(grabber_.TakeCounts().dropped, 40);
+  EXPECT_EQ(script_.opened, 1);
+}
+
+TEST_F(GrabberTest, WhatMayRepeatItselfMay) {
+  const Frame still{.jpeg = {1, 2, 3}};
+  script_.next = [&] { return still; };
+  script_.may_repeat = true;
+  EXPECT_EQ(Run(milliseconds(3000)), 60);
+  script_.may_repeat = false;
+  Grabber tolerant([this] { return std::make_unique<ScriptedSource>(script_); },
+                   {.allow_repeats = true}, clock_);
+  for (int i = 0; i < 60; ++i) {
+    EXPECT_TRUE(tolerant.Next(kNow));
+    clock_.Advance(milliseconds(50));
+  }
+  EXPECT_EQ(tolerant.state(), Grabber::State::kStreaming);
 }
 
 TEST_F(GrabberTest, GivesACameraTimeForItsFirstFrame) {
   script_.next = [] { return std::nullopt; };
   Run(milliseconds(3900));
   EXPECT_EQ(script_.opened, 1);
-  script_.next = [] { return Frame{}; };
+  script_.next = [this] { return Fresh(); };
   EXPECT_GT(Run(milliseconds(100)), 0);
   script_.next = [] { return std::nullopt; };
   Run(milliseconds(1200));
@@ -286,7 +334,7 @@ TEST_F(GrabberTest, TriesLessAndLessOftenButNeverGivesUp) {
   const int before = script_.opened;
   Run(milliseconds(60'000));
   EXPECT_NEAR(script_.opened - before, 30, 2);  // every two seconds
-  script_.next = [] { return Frame{}; };
+  script_.next = [this] { return Fresh(); };
   EXPECT_GT(Run(milliseconds(2100)), 0);
 }
 
@@ -294,7 +342,7 @@ TEST_F(GrabberTest, CountsDamagedFramesAndGivesUpASourceOfNothingElse) {
   int turn = 0;
   script_.next = [&]() -> std::optional<Frame> {
     if (++turn % 2 == 0) throw FrameError("damaged");
-    return Frame{};
+    return Fresh();
   };
   EXPECT_EQ(Run(milliseconds(3000)), 30);
   const Grabber::Counts counts = grabber_.TakeCounts();

@@ -178,14 +178,16 @@ TEST(Grabber, OpensAStalledStreamAnew) {
       while (client.Send("noise ")) std::this_thread::sleep_for(milliseconds(5));
     } else {
       client.Send(StreamServer::kHeader);
-      while (client.Send(Part(jpeg))) std::this_thread::sleep_for(milliseconds(20));
+      for (int i = 0; client.Send(Part(TestJpegText(64, 48, i % 200))); ++i) {
+        std::this_thread::sleep_for(milliseconds(20));
+      }
     }
   });
   CameraGrabberOptions options;
   options.source = "network";
   options.url = server.url();
   options.stall_s = 0.3;
-  Grabber grabber(OpenerFor(options, kClock), options.stall_s, kClock);
+  Grabber grabber(OpenerFor(options, kClock), {.stall_s = options.stall_s}, kClock);
   int frames = 0;
   bool was_lost = false;
   for (int i = 0; i < 500 && frames < 4; ++i) {

@@ -72,7 +72,9 @@ TEST_F(CameraGrabberTest, SendsEveryFrameOfAFolderOnceAndUntouched) {
 TEST_F(CameraGrabberTest, OutlivesItsCameraAndItsOwnDeath) {
   const StreamServer::Script film = [](StreamServer::Client& client, int) {
     client.Send(StreamServer::kHeader);
-    while (client.Send(Part(TestJpegText()))) std::this_thread::sleep_for(milliseconds(30));
+    for (int i = 0; client.Send(Part(TestJpegText(64, 48, i % 200))); ++i) {
+      std::this_thread::sleep_for(milliseconds(30));
+    }
   };
   auto camera = std::make_unique<StreamServer>(film);
   const int port = camera->port();

@@ -105,7 +105,7 @@ TEST(RtspStream, FramesComeAndAStalledStreamIsOpenedAnew) {
   CameraGrabberOptions options;
   options.source = "network";
   options.url = url;
-  Grabber grabber(OpenerFor(options, clock), options.stall_s, clock);
+  Grabber grabber(OpenerFor(options, clock), {.stall_s = options.stall_s}, clock);
   std::vector<int> brightness;
   bool was_lost = false;
   for (int i = 0; i < 1500 && (brightness.empty() || brightness.back() < 100); ++i) {

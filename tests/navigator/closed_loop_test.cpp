@@ -81,6 +81,31 @@ TEST(ClosedLoop, LooksBeforeItTurnsIntoWhatItHasNotSeen) {
   EXPECT_GT(world.closest_m(), 0.02);
 }
 
+TEST(ClosedLoop, CallsOfAnotherTimeAreRefusedAndACancelNeverIs) {
+  TestWorld world(Hall(), {}, {1.0, 3.0, 0.0});
+  world.Run(1.0);
+  const auto call_at = [&](Call::Kind kind, double age_s) {
+    world.navigator().OnCall(world.now(), {kind, world.now().utime - UtimeFromSeconds(age_s), "",
+                                           Eigen::Vector2d(8.0, 3.0)});
+  };
+  EXPECT_THROW(call_at(Call::Kind::kPoint, 10.5), std::invalid_argument);
+  world.Run(1.0);
+  EXPECT_EQ(world.status().state, NavigatorState::kIdle);
+  EXPECT_NE(world.status().detail.find("10.5 s ago"), std::string::npos) << world.status().detail;
+  EXPECT_THROW(call_at(Call::Kind::kPoint, -1.5), std::invalid_argument);
+  EXPECT_NE(world.status().detail.find("1.5 s from now"), std::string::npos)
+      << world.status().detail;
+  call_at(Call::Kind::kPoint, 9.5);
+  ASSERT_TRUE(world.Run(20.0, [&] { return world.driven_m() > 0.5; }));
+  EXPECT_THROW(call_at(Call::Kind::kPoint, 3600.0), std::invalid_argument);
+  EXPECT_EQ(world.status().state, NavigatorState::kDriving) << "the good one still holds";
+  call_at(Call::Kind::kCancel, 3600.0);
+  EXPECT_EQ(world.status().state, NavigatorState::kIdle);
+  // A restarted navigator goes on with what it had accepted, however long that took so far.
+  world.navigator().Resume(world.now(), {Call::Kind::kPoint, 0, "", {8.0, 3.0}});
+  EXPECT_EQ(world.status().state, NavigatorState::kDriving);
+}
+
 class Door : public ::testing::TestWithParam<int> {};
 
 TEST_P(Door, OfEightyCentimetresIsPassedBothWays) {

@@ -6,6 +6,7 @@
 
 #include "tests/support/process.hpp"
 #include "tools/evaluation/navigation/mission.hpp"
+#include "tools/simulation/solids.hpp"
 
 namespace beckon {
 namespace {
@@ -35,8 +36,37 @@ TEST_P(Scenarios, ArrivesWithoutATouch) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, Scenarios,
-                         ::testing::Combine(::testing::Values(Scenario::kDoor, Scenario::kStepIn),
+                         ::testing::Combine(::testing::Values(Scenario::kDoor, Scenario::kStepIn,
+                                                              Scenario::kStepInStanding),
                                             ::testing::Values(1, 2)));
+
+// He comes while the robot stands, near enough to be touched, and does not walk into it himself.
+TEST(Visitor, StepsUpToTheStandingRobot) {
+  constexpr double kRadiusM = 0.25;
+  const Eigen::Vector2d robot(7.0, 2.0);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Visitor visitor(Scenario::kStepInStanding, seed, kRadiusM);
+    simulation::Truth truth;
+    truth.map_from_robot = {7.15, 2.0, 0.0};
+    truth.speed_mps = 0.3;
+    EXPECT_FALSE(visitor.At(truth, robot));
+    truth.speed_mps = 0.0;
+    for (; truth.time_s < 3.0; truth.time_s += 0.1) {
+      const auto body = visitor.At(truth, robot);
+      ASSERT_TRUE(body);
+      EXPECT_GT(simulation::Distance(*body, robot), kRadiusM + 0.02);
+    }
+    EXPECT_TRUE(visitor.has_come(truth.time_s));
+    EXPECT_LT(simulation::Distance(*visitor.At(truth, robot), robot), kRadiusM + 0.61);
+  }
+}
+
+TEST(Mission, OdometryErrorsCanBeMadeLarger) {
+  MissionOptions options = DefaultMissionOptions(Scenario::kStepInStanding);
+  const Mission usual = RunMission(1, options);
+  options.odometry_error = 10.0;
+  EXPECT_GT(RunMission(1, options).pose_error_m, usual.pose_error_m);
+}
 
 TEST(EvaluateNavigation, PrintsTheNamesOfTheScoring) {
   const auto finished = testing::RunToEnd("evaluate_navigation", {"--seeds", "1-2", "--json"});

@@ -519,6 +519,18 @@ TEST(LocalFrame, OdometryThatStartsAnewIsAnotherFrame) {
   EXPECT_NEAR(frame.Now(clock.Now()).x, 0.0, 1e-9);
 }
 
+TEST(LocalFrame, ABaseRestartedWithinHalfAMetreOfItsOriginIsNoticed) {
+  const RobotOptions robot{.max_speed_mps = 0.5, .max_turn_radps = 1.2};
+  ManualClock clock;
+  LocalFrame quick(robot);
+  EXPECT_TRUE(quick.AddOdometry(clock.Now(), clock.Now().utime, {0.4, 0.1, 0.5}));
+  LocalFrame slow = quick;
+  clock.Advance(std::chrono::milliseconds(100));
+  EXPECT_FALSE(quick.AddOdometry(clock.Now(), clock.Now().utime, {0.01, 0.0, 0.001}));
+  clock.Advance(std::chrono::seconds(4));
+  EXPECT_FALSE(slow.AddOdometry(clock.Now(), clock.Now().utime, {0.0, 0.0, 0.0}));
+}
+
 // ---- Destination
 
 TEST(Destination, GoesNearerWhereTheRadioIsUncertain) {

@@ -180,13 +180,20 @@ TEST_F(NavigatorProgram, OfTwoCallsInOneBreathTheSecondIsAnswered) {
   ASSERT_TRUE(FeedUntil([&] { return IsDriving(); }));
   EXPECT_NEAR(Status()->goal[0], 12.0, 1e-9);
   call_t nonsense{};
+  nonsense.utime = SystemClock().Now().utime;
   nonsense.kind = call_t::POINT;
   nonsense.point[0] = std::nan("");
   bus_.Publish(channels::kCall, nonsense);
   nonsense.kind = 77;
   bus_.Publish(channels::kCall, nonsense);
+  call_t of_yesterday{};
+  of_yesterday.utime = nonsense.utime - UtimeFromSeconds(86'400.0);
+  of_yesterday.kind = call_t::POINT;
+  of_yesterday.point[0] = 8.0;
+  of_yesterday.point[1] = 3.0;
+  bus_.Publish(channels::kCall, of_yesterday);
   ASSERT_TRUE(
-      FeedUntil([&] { return healths_.size() > 0 && healths_.messages().back().refused >= 2; }));
+      FeedUntil([&] { return healths_.size() > 0 && healths_.messages().back().refused >= 3; }));
   EXPECT_NEAR(Status()->goal[0], 12.0, 1e-9) << "the good one still holds";
   EXPECT_EQ(Status()->state, navigator_status_t::DRIVING);
 }

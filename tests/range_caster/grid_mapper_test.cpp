@@ -47,8 +47,8 @@ class GridMapperTest : public ::testing::Test {
   }
 
   // The robot stands at `pose` when it sees a wall x = `wall_x` of the odometry frame.
-  void SeeWall(const Pose2& pose, double wall_x) {
-    utime_ += UtimeFromSeconds(kScanPeriodS);
+  void SeeWall(const Pose2& pose, double wall_x, double period_s = kScanPeriodS) {
+    utime_ += UtimeFromSeconds(period_s);
     mapper_.motion().AddOdometry(utime_, pose);
     mapper_.AddScan(utime_, ScanOf(caster_, [&](double bearing) {
                       const double c = std::cos(pose.theta + bearing);
@@ -99,6 +99,19 @@ TEST_F(GridMapperTest, OnePhantomDoesNotOverruleSeenGround) {
   EXPECT_GT(PercentAt({1.52, 0.0}), 60.0);
   // It leaves again.
   for (int i = 0; i < 15; ++i) SeeWall({0.0, 0.0, 0.0}, 4.0);
+  EXPECT_LT(PercentAt({1.52, 0.0}), 30.0);
+}
+
+// Errors of labels last for frames: thrice as many scans a second do not know thrice as much.
+TEST_F(GridMapperTest, ItIsTimeThatCountsNotTheCamerasRate) {
+  constexpr double kFastS = 1.0 / 30.0;
+  for (int i = 0; i < 10; ++i) SeeWall({0.0, 0.0, 0.0}, 4.0);
+  for (int i = 0; i < 6; ++i) SeeWall({0.0, 0.0, 0.0}, 1.5, kFastS);  // a phantom of 0.2 s
+  EXPECT_LT(PercentAt({1.52, 0.0}), 50.0);
+  for (int i = 0; i < 12; ++i) SeeWall({0.0, 0.0, 0.0}, 1.5, kFastS);
+  EXPECT_GT(PercentAt({1.52, 0.0}), 60.0);
+  // Scans that are rare say as much as others, each.
+  for (int i = 0; i < 10; ++i) SeeWall({0.0, 0.0, 0.0}, 4.0, 0.2);
   EXPECT_LT(PercentAt({1.52, 0.0}), 30.0);
 }
 

@@ -89,8 +89,16 @@ TEST_F(SimulateRobot, DrivesTurnsTellsTheTruthAndStopsWithoutCommands) {
     return std::abs(WrapAngle(PoseFromMessage(odometry.messages().back()).theta - start.theta)) >
            0.5;
   })) << robot.Output();
-  ASSERT_TRUE(
-      DispatchUntil(bus, [&] { return odometry.messages().back().rotation_rate[2] == 0.0; }));
+  // A command that is no number is a stop, at once: braking takes 0.4 s, and the timeout of 0.3 s
+  // is not waited for.
+  odometry.Clear();
+  Drive(bus, std::numeric_limits<double>::quiet_NaN(), 0.8);
+  ASSERT_TRUE(DispatchUntil(bus, [&] {
+    return odometry.size() > 0 && odometry.messages().back().rotation_rate[2] == 0.0;
+  }));
+  EXPECT_GT(odometry.messages().front().rotation_rate[2], 0.0);
+  EXPECT_LT(odometry.messages().back().utime - odometry.messages().front().utime, 550'000);
+  EXPECT_THAT(robot.Output(), HasSubstr("the base stops"));
 
   // A bad command moves nothing, and does no harm to those after it.
   testing::PublishRaw(channels::kDrive, {1, 2, 3});

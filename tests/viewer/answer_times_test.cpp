@@ -13,10 +13,12 @@ TEST(AnswerTimes, CountFromTheFrameToTheFirstCommandAfterItsScan) {
   for (int i = 0; i < 100; ++i) {
     const Utime frame = i * 100 * kMs;
     times.OnFrame(frame);
-    times.OnDrive(frame + 10 * kMs);  // answers what came before
+    times.OnDrive(frame + 10 * kMs, frame + 12 * kMs);  // answers what came before
     times.OnScan(frame, frame + (i < 90 ? 50 : 80) * kMs);
-    times.OnDrive(frame + (i < 90 ? 60 : 90) * kMs);
-    times.OnDrive(frame + 99 * kMs);
+    // Decided before the scan came, sent after it.
+    times.OnDrive(frame + 49 * kMs, frame + 51 * kMs);
+    times.OnDrive(frame + (i < 90 ? 58 : 88) * kMs, frame + (i < 90 ? 60 : 90) * kMs);
+    times.OnDrive(frame + 98 * kMs, frame + 99 * kMs);
   }
   const auto summary = times.Summarize();
   EXPECT_EQ(summary.answered, 100);
@@ -30,9 +32,9 @@ TEST(AnswerTimes, FramesThatWerePassedOverAreToldAndThoseOnTheirWayAreNot) {
   for (int i = 1; i <= 10; ++i) times.OnFrame(i * kMs);
   times.OnScan(0, 5 * kMs);  // of a frame from before the watch
   times.OnScan(4 * kMs, 20 * kMs);
-  times.OnDrive(19 * kMs);  // decided before the scan came
+  times.OnDrive(19 * kMs, 20 * kMs);  // decided before the scan came
   EXPECT_EQ(times.Summarize().answered, 0);
-  times.OnDrive(21 * kMs);
+  times.OnDrive(20 * kMs, 21 * kMs);
   EXPECT_EQ(times.Summarize().answered, 1);
   EXPECT_EQ(times.Summarize().unanswered, 3);
   EXPECT_DOUBLE_EQ(times.Summarize().median_s, 0.017);

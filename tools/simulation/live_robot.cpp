@@ -71,10 +71,10 @@ class LiveRobot {
       if (!truth_file_) throw std::runtime_error("cannot write " + options_.truth_file.string());
     }
     bus_.Subscribe<velocity_command_t>(channels::kDrive, [this](const velocity_command_t& command) {
-      if (!std::isfinite(command.linear_mps) || !std::isfinite(command.angular_radps)) {
-        throw std::invalid_argument("the command is not finite");
-      }
-      simulation_.Command(command.linear_mps, command.angular_radps);
+      simulation_.Command(command.linear_mps, command.angular_radps);  // not finite: a stop
+      const bool is_finite =
+          std::isfinite(command.linear_mps) && std::isfinite(command.angular_radps);
+      if (!is_finite) throw std::invalid_argument("the command is not finite: the base stops");
     });
   }
 

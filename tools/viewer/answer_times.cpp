@@ -26,10 +26,10 @@ void AnswerTimes::OnScan(Utime utime, Utime arrived) {
   scans_.push_back({utime, arrived});
 }
 
-void AnswerTimes::OnDrive(Utime decided) {
+void AnswerTimes::OnDrive(Utime decided, Utime arrived) {
   std::erase_if(scans_, [&](const Seen& seen) {
     if (decided < seen.arrived) return false;
-    seconds_.push_back(SecondsFromUtime(decided - seen.frame));
+    seconds_.push_back(SecondsFromUtime(arrived - seen.frame));
     return true;
   });
 }

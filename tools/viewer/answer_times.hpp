@@ -10,13 +10,14 @@
 namespace beckon {
 
 // A frame is answered by the first DRIVE that is decided after the SCAN of the frame's own utime
-// has come; the time counts from the frame's capture. Messages are handed in as they arrive.
+// has come; the time counts from the frame's capture to the command's arrival. Messages are handed
+// in as they arrive.
 class AnswerTimes {
  public:
   void OnFrame(Utime utime);
   void OnScan(Utime utime, Utime arrived);
   // `decided`: the command's utime.
-  void OnDrive(Utime decided);
+  void OnDrive(Utime decided, Utime arrived);
 
   struct Summary {
     int answered = 0;

@@ -52,9 +52,10 @@ void Subscribe(beckon::MessageBus& bus, const beckon::Clock& clock, Scene& scene
                                             log.OnScan();
                                             log.answers().OnScan(scan.utime, clock.Now().utime);
                                           });
-  bus.Subscribe<beckon::velocity_command_t>(
-      channels::kDrive,
-      [&](const beckon::velocity_command_t& drive) { log.answers().OnDrive(drive.utime); });
+  bus.Subscribe<beckon::velocity_command_t>(channels::kDrive,
+                                            [&](const beckon::velocity_command_t& drive) {
+                                              log.answers().OnDrive(drive.utime, clock.Now().utime);
+                                            });
   bus.Subscribe<beckon::occupancy_grid_t>(
       channels::kGrid, [&](const beckon::occupancy_grid_t& grid) { scene.grid = grid; });
   bus.Subscribe<beckon::probability_map_t>(channels::kLocationMap,

@@ -14,7 +14,8 @@ int main(int argc, char** argv) {
       {"flat", beckon::Scenario::kFlat},
       {"demo", beckon::Scenario::kDemo},
       {"door", beckon::Scenario::kDoor},
-      {"step-in", beckon::Scenario::kStepIn}};
+      {"step-in", beckon::Scenario::kStepIn},
+      {"step-in-standing", beckon::Scenario::kStepInStanding}};
   std::string scenario = "flat";
   std::string perception = "scan";
   std::string pose = "filter";
@@ -22,7 +23,7 @@ int main(int argc, char** argv) {
   bool as_json = false;
   app.add_option("--scenario", scenario,
                  "flat: random furnished flats; demo: those of tools/demo; door: through 0.8 m; "
-                 "step-in: somebody steps in")
+                 "step-in: somebody steps in; step-in-standing: the same, while the robot stands")
       ->check(CLI::IsMember(scenarios));
   app.add_option("--perception", perception,
                  "scan: true ranges with a camera's faults; camera: pictures")
@@ -30,6 +31,10 @@ int main(int argc, char** argv) {
   app.add_option("--pose", pose,
                  "filter: rssi_localizer's, from a known start; truth: the true one")
       ->check(CLI::IsMember({"filter", "truth"}));
+  double odometry_error = 1.0;
+  app.add_option("--odometry-error", odometry_error,
+                 "times the usual errors of scale and drift: 1 % of way and angle, sd")
+      ->check(CLI::Range(0.0, 20.0));
   beckon::Seeds seeds;
   beckon::AddSeedsOption(app, seeds);
   app.add_option("--pictures", pictures, "folder for a picture of each mission that failed");
@@ -42,6 +47,7 @@ int main(int argc, char** argv) {
   beckon::MissionOptions options = beckon::DefaultMissionOptions(scenarios.at(scenario));
   options.use_camera = perception == "camera";
   options.use_true_pose = pose == "truth";
+  options.odometry_error = odometry_error;
   beckon::StartLogging("evaluate_navigation", beckon::LogLevel::kWarning);
 
   std::vector<beckon::Mission> missions;

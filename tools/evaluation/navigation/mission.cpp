@@ -27,7 +27,8 @@ constexpr double kScanLatencyS = 0.12;  // camera, network, ground detector, ran
 constexpr double kLocationPeriodS = 0.5;
 constexpr double kTickS = 0.05;
 constexpr double kTrailS = 0.2;
-constexpr double kCallAfterS = 3.0;  // the tag has been heard by then
+constexpr double kCallAfterS = 3.0;       // the tag has been heard by then
+constexpr double kCallAgainAfterS = 0.5;  // since who steps up to the robot stands still
 constexpr std::uint64_t kStepsPerOdometry = 2;
 constexpr std::uint64_t kStepsPerGrid = 10;
 
@@ -43,11 +44,19 @@ RobotLocalizerOptions KnownStart(const simulation::Base& base) {
   return options;
 }
 
+simulation::BaseOptions BaseFor(const MissionOptions& options) {
+  simulation::BaseOptions base{.robot = options.navigator.robot};
+  base.odometry_scale_sd *= options.odometry_error;
+  base.odometry_turn_scale_sd *= options.odometry_error;
+  base.odometry_drift_rad_per_m *= options.odometry_error;
+  return base;
+}
+
 class Runner {
  public:
   Runner(std::uint64_t seed, const MissionOptions& options)
       : options_(options),
-        world_(ScenarioWorld(options.scenario, seed), {.robot = options.navigator.robot}, {}),
+        world_(ScenarioWorld(options.scenario, seed), BaseFor(options), {}),
         perception_(options.use_camera
                         ? MakeCameraPerception(simulation::DefaultCamera(), options.navigator.robot,
                                                world_.world())
@@ -58,8 +67,9 @@ class Runner {
         navigator_(options.navigator, simulation::SiteOf(world_.world()).plan) {
     mission_.scenario = options.scenario;
     mission_.seed = seed;
-    if (options.scenario == Scenario::kStepIn)
-      visitor_.emplace(seed, options.navigator.robot.radius_m);
+    if (options.scenario == Scenario::kStepIn || options.scenario == Scenario::kStepInStanding) {
+      visitor_.emplace(options.scenario, seed, options.navigator.robot.radius_m);
+    }
   }
 
   Mission Run() {
@@ -100,16 +110,31 @@ class Runner {
       }
     }
     See(now);
-    if (!has_called_ && time_s() > kCallAfterS) {
-      has_called_ = true;
-      const bool is_tag =
-          options_.scenario == Scenario::kFlat || options_.scenario == Scenario::kDemo;
-      navigator_.OnCall(now, {is_tag ? Call::Kind::kTag : Call::Kind::kPoint, now.utime,
-                              is_tag ? simulation::kCallerTag : "", world_.world().caller});
-    }
+    PressButton(now);
     if (IsDue(time_s(), kTickS)) Tick(now);
     if (IsDue(time_s(), kTrailS)) {
       mission_.trail.push_back(world_.base().CentreAt(world_.base().map_from_robot()));
+    }
+  }
+
+  void PressButton(Instant now) {
+    const bool is_tag =
+        options_.scenario == Scenario::kFlat || options_.scenario == Scenario::kDemo;
+    const Call call{is_tag ? Call::Kind::kTag : Call::Kind::kPoint, now.utime,
+                    is_tag ? simulation::kCallerTag : "", world_.world().caller};
+    if (!has_called_ && time_s() > kCallAfterS) {
+      has_called_ = true;
+      navigator_.OnCall(now, call);
+    }
+    if (options_.scenario != Scenario::kStepInStanding) return;
+    const double x = world_.base().CentreAt(world_.base().map_from_robot()).x();
+    if (!has_called_off_ && x > visitor_->start_x_m()) {
+      has_called_off_ = true;
+      navigator_.OnCall(now, Call{});
+    }
+    if (!has_called_again_ && visitor_->has_come(time_s() - kCallAgainAfterS)) {
+      has_called_again_ = true;
+      navigator_.OnCall(now, call);
     }
   }
 
@@ -240,6 +265,8 @@ class Runner {
   ManualClock clock_;
   std::deque<Seen> in_flight_;
   bool has_called_ = false;
+  bool has_called_off_ = false;
+  bool has_called_again_ = false;
   std::optional<Visitor> visitor_;
   double steered_ = 0.0;  // rad/s, when it last steered while driving
   std::string stop_reason_;
@@ -252,7 +279,9 @@ MissionOptions DefaultMissionOptions(Scenario scenario) {
   MissionOptions options;
   options.navigator.robot = simulation::BaseOptions{}.robot;
   options.scenario = scenario;
-  if (scenario == Scenario::kStepIn) options.navigator.robot.max_speed_mps = 0.5;
+  if (scenario == Scenario::kStepIn || scenario == Scenario::kStepInStanding) {
+    options.navigator.robot.max_speed_mps = 0.5;
+  }
   return options;
 }
 

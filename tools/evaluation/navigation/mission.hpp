@@ -18,7 +18,8 @@ struct MissionOptions {
   Scenario scenario = Scenario::kFlat;
   bool use_camera =
       false;  // rendered pictures through the vision chain, else true ranges with noise
-  bool use_true_pose = false;  // else rssi_localizer's, from a known start
+  bool use_true_pose = false;   // else rssi_localizer's, from a known start
+  double odometry_error = 1.0;  // times what simulation::BaseOptions has
   double max_time_s = 400.0;
   NavigatorOptions navigator;
 };

@@ -95,6 +95,7 @@ World ScenarioWorld(Scenario scenario, std::uint64_t seed) {
     case Scenario::kDoor:
       return DoorWorld(seed);
     case Scenario::kStepIn:
+    case Scenario::kStepInStanding:
       return StepInWorld(seed);
     case Scenario::kDemo:
       return simulation::MakeWorld(seed, {});
@@ -104,28 +105,55 @@ World ScenarioWorld(Scenario scenario, std::uint64_t seed) {
   return Flat(seed);
 }
 
-Visitor::Visitor(std::uint64_t seed, double robot_radius_m) : robot_radius_m_(robot_radius_m) {
+Visitor::Visitor(Scenario scenario, std::uint64_t seed, double robot_radius_m)
+    : scenario_(scenario), robot_radius_m_(robot_radius_m) {
   Random random(seed, Stream::kPeople);
   start_x_m_ = random.Uniform(2.5, 6.0);
   side_ = random.Chance(0.5) ? 1.0 : -1.0;
   speed_mps_ = random.Uniform(0.8, 1.6);
+  gap_m_ = random.Uniform(0.03, 0.6);
+  bearing_rad_ = random.Uniform(-1.4, 1.4);
+}
+
+Visitor::Walk Visitor::IntoTheWay(const simulation::Truth& truth,
+                                  const Eigen::Vector2d& robot_centre) const {
+  constexpr double kAheadM = 1.5;  // of the robot's rim, to the body
+  constexpr double kFromM = 1.0;   // aside of the robot's way
+  const double x = robot_centre.x() + robot_radius_m_ + kAheadM + simulation::kPersonRadiusM;
+  return {truth.time_s, {x, kMiddleM + side_ * kFromM}, {x, kMiddleM}};
+}
+
+Visitor::Walk Visitor::UpTo(const simulation::Truth& truth,
+                            const Eigen::Vector2d& robot_centre) const {
+  constexpr double kWalkM = 0.9;  // begins within the hall
+  const double heading = truth.map_from_robot.theta + bearing_rad_;
+  const Eigen::Vector2d direction(std::cos(heading), std::sin(heading));
+  const double away_m = robot_radius_m_ + gap_m_ + simulation::kPersonRadiusM;
+  return {truth.time_s, robot_centre + (away_m + kWalkM) * direction,
+          robot_centre + away_m * direction};
 }
 
 std::optional<Solid> Visitor::At(const simulation::Truth& truth,
                                  const Eigen::Vector2d& robot_centre) {
   constexpr double kAtSpeedMps = 0.45;
-  constexpr double kAheadM = 1.5;  // of the robot's rim, to the body
-  constexpr double kFromM = 1.0;   // aside of the robot's way
-  if (!entry_ && robot_centre.x() > start_x_m_ && truth.speed_mps > kAtSpeedMps) {
-    entry_ = Entry{truth.time_s,
-                   robot_centre.x() + robot_radius_m_ + kAheadM + simulation::kPersonRadiusM};
+  const bool is_far_enough = robot_centre.x() > start_x_m_;
+  if (!walk_ && is_far_enough && scenario_ == Scenario::kStepIn && truth.speed_mps > kAtSpeedMps) {
+    walk_ = IntoTheWay(truth, robot_centre);
   }
-  if (!entry_) return std::nullopt;
-  // In to the middle of the way, and there he stays.
-  const double walked_m = std::min(kFromM, speed_mps_ * (truth.time_s - entry_->time_s));
-  const double y = kMiddleM + side_ * (kFromM - walked_m);
-  return simulation::MakeCylinder("visitor", simulation::SolidKind::kPerson, {entry_->x_m, y},
+  if (!walk_ && is_far_enough && scenario_ == Scenario::kStepInStanding && truth.speed_mps == 0.0 &&
+      truth.turn_radps == 0.0) {
+    walk_ = UpTo(truth, robot_centre);
+  }
+  if (!walk_) return std::nullopt;
+  const Eigen::Vector2d way = walk_->to - walk_->from;
+  const double walked_m = std::min(way.norm(), speed_mps_ * (truth.time_s - walk_->start_s));
+  return simulation::MakeCylinder("visitor", simulation::SolidKind::kPerson,
+                                  walk_->from + walked_m * way.normalized(),
                                   simulation::kPersonRadiusM, simulation::kPersonHeightM);
+}
+
+bool Visitor::has_come(double time_s) const {
+  return walk_ && speed_mps_ * (time_s - walk_->start_s) > (walk_->to - walk_->from).norm();
 }
 
 }  // namespace beckon
