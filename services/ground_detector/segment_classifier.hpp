@@ -13,7 +13,7 @@
 namespace beckon {
 
 struct ClassifierOptions {
-  float keep = 0.35F;          // share of what motion has said that is kept from frame to frame
+  float keep = 0.35F;         // share of what motion has said that is kept from frame to frame
   float motion_limit = 5.0F;  // log-odds that motion can heap up
   // How much each kind of knowledge insists against its surroundings.
   float cell_motion_weight = 0.15F;     // for each unit of log-odds
