@@ -28,6 +28,7 @@ constexpr double kFutureCallS = 1.0;
 
 // Patience with whatever is in the way: people walk on.
 constexpr double kWaitForObstacleS = 4.0;
+constexpr double kTurnToAndFroS = 15.0;  // looking left and right takes ten
 constexpr double kWaitAtGoalS = 2.0;
 constexpr double kNearGoalM = 1.1;
 constexpr double kWaitForRouteS = 1.5;
@@ -407,10 +408,15 @@ void Navigator::WatchProgress(Instant now, double distance_to_go_m, const Pose2&
     moved_at_ = now;
     moved_from_ = local_from_base;
   }
+  if (!drove_at_ || (local_from_base.translation() - drove_from_).norm() > kStillM) {
+    drove_at_ = now;
+    drove_from_ = local_from_base.translation();
+  }
   recovery_.NoteProgress(local_from_base);
   const bool is_without_route =
       route_.empty() && blocked_since_ && SecondsSince(now, *blocked_since_) > kWaitForRouteS;
-  if (is_without_route || SecondsSince(now, *moved_at_) > kWaitForObstacleS) {
+  if (is_without_route || SecondsSince(now, *moved_at_) > kWaitForObstacleS ||
+      SecondsSince(now, *drove_at_) > kTurnToAndFroS) {
     StartRecovery(now, local_from_base);
   }
 }
@@ -420,7 +426,7 @@ void Navigator::StartRecovery(Instant now, const Pose2& local_from_base) {
     GiveUp(now, route_.empty() ? "no way round what has been seen" : "the way is blocked");
     return;
   }
-  moved_at_ = now;
+  moved_at_ = drove_at_ = now;
   // What stood in rooms out of view may have gone; it is met again if it has not.
   if (recovery_.is_looking_around()) planner_.ForgetSeen();
 }
@@ -436,7 +442,7 @@ void Navigator::FollowAgain(Instant now) {
   recovery_.Stop();
   follower_.Reset();
   blocked_since_.reset();
-  moved_at_ = now;
+  moved_at_ = drove_at_ = now;
 }
 
 // Looks round, and then goes where the floor is free and it has not been, looking round again where

@@ -112,8 +112,10 @@ class Navigator {
   bool plan_has_way_ = true;
 
   std::optional<Instant> blocked_since_;
-  std::optional<Instant> moved_at_;
+  std::optional<Instant> moved_at_;  // turning is motion as well
   Pose2 moved_from_;
+  std::optional<Instant> drove_at_;
+  Eigen::Vector2d drove_from_ = Eigen::Vector2d::Zero();
   double nearest_to_go_m_ = 0.0;
   double no_progress_s_ = 0.0;
   Eigen::Vector2d progress_goal_ = Eigen::Vector2d::Zero();

@@ -1,5 +1,6 @@
 #include "services/navigator/path_follower.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -25,11 +26,18 @@ constexpr double kAmpleM = 0.25;   // free space that is as good as any more
 constexpr double kDetourM = 0.25;  // an arc blocked nearer than this is left for another one
 // Looking aside.
 constexpr double kFacedRad = 0.1;
-constexpr double kLookS = 0.6;        // for a picture of it to arrive
+constexpr double kBeyondRad = 2.0 * kTurnDoneRad;  // once turned back, it may face this far off
+constexpr double kLookS = 0.6;                     // for a picture of it to arrive
 constexpr double kSamePlaceM = 0.25;  // a look nearer than this to one in vain is in vain too
 constexpr double kVainS = 10.0;       // for so long
 constexpr double kBraking = 0.7;      // share of the deceleration that is planned with
 constexpr double kTurning = 0.8;      // share of the turn rate that is planned with
+
+// Farther aside by kBeyondRad: what is seen there has to do for the way that the robot then takes.
+Eigen::Vector2d Beyond(const Eigen::Vector2d& point, const Pose2& local_from_base) {
+  const Eigen::Vector2d place = local_from_base.Inverse() * point;
+  return local_from_base * (Eigen::Rotation2Dd(std::copysign(kBeyondRad, place.y())) * place);
+}
 
 }  // namespace
 
@@ -143,18 +151,35 @@ std::optional<double> PathFollower::FreeArc(const Eigen::Vector2d& target,
   return best;
 }
 
+// Not so far aside that it would turn back to the route first.
+std::optional<double> PathFollower::FreeHeading(double bearing_rad, const Pose2& local_from_base,
+                                                const Surroundings& surroundings) const {
+  constexpr double kStepRad = 0.15;
+  for (double aside = kStepRad; aside < options_.turn_in_place_rad; aside += kStepRad) {
+    for (const double side : {1.0, -1.0}) {
+      Pose2 turned = local_from_base;
+      turned.theta = WrapAngle(turned.theta + bearing_rad + side * aside);
+      const ArcView view = LookAlong(surroundings, robot_, turned, 0.0, 1,
+                                     kDetourM + options_.margin_m, options_.margin_m);
+      if (view.free_m >= kDetourM + options_.margin_m) return turned.theta;
+    }
+  }
+  return std::nullopt;
+}
+
 void PathFollower::Reset() {
   is_turning_ = false;
+  detour_heading_rad_.reset();
   look_.reset();
   vain_look_.reset();
 }
 
 std::optional<Step> PathFollower::LookAside(Instant now, const Pose2& local_from_base,
                                             const Surroundings& surroundings) {
-  const Eigen::Vector2d place = local_from_base.Inverse() * look_->at;
+  const Eigen::Vector2d place = local_from_base.Inverse() * look_->beyond;
   const double bearing = std::atan2(place.y(), place.x());
   if (std::abs(bearing) < kFacedRad && !look_->faced_since) look_->faced_since = now;
-  const bool is_seen = surroundings.IsSeen(look_->at);
+  const bool is_seen = surroundings.IsSeen(look_->at) && surroundings.IsSeen(look_->beyond);
   const bool is_vain =
       !is_seen && look_->faced_since && SecondsSince(now, *look_->faced_since) > kLookS;
   if (is_seen || is_vain) {
@@ -185,6 +210,15 @@ Step PathFollower::Follow(Instant now, const std::vector<Eigen::Vector2d>& route
   }
 
   const double heading_error = std::atan2(ahead.y(), ahead.x());
+  if (detour_heading_rad_) {
+    const double to_turn = WrapAngle(*detour_heading_rad_ - local_from_base.theta);
+    if (std::abs(to_turn) > kTurnDoneRad) {
+      step.velocity.angular_radps = TurnRate(to_turn);
+      return step;
+    }
+    detour_heading_rad_.reset();
+  }
+
   is_turning_ = std::abs(heading_error) > (is_turning_ ? kTurnDoneRad : options_.turn_in_place_rad);
   if (is_turning_) {
     step.velocity.angular_radps = TurnRate(heading_error);
@@ -221,6 +255,14 @@ Step PathFollower::Follow(Instant now, const std::vector<Eigen::Vector2d>& route
       step.velocity.angular_radps = TurnRate(heading_error);
       return step;
     }
+    if (to_obstacle <= to_unseen) {
+      detour_heading_rad_ = FreeHeading(heading_error, local_from_base, surroundings);
+      if (detour_heading_rad_) {
+        step.velocity.angular_radps =
+            TurnRate(WrapAngle(*detour_heading_rad_ - local_from_base.theta));
+        return step;
+      }
+    }
     step.blocked_by =
         to_obstacle <= to_unseen ? stop_reason::kObstacle : stop_reason::kGroundNotSeen;
     const bool is_vain = vain_look_ && view.unseen &&
@@ -228,7 +270,7 @@ Step PathFollower::Follow(Instant now, const std::vector<Eigen::Vector2d>& route
                          SecondsSince(now, *vain_look_->faced_since) < kVainS;
     if (to_unseen < kCreepMps && view.unseen && !is_vain) {
       step.blocked_by.clear();
-      look_ = Look{*view.unseen, std::nullopt};
+      look_ = Look{*view.unseen, Beyond(*view.unseen, local_from_base), std::nullopt};
     }
     return step;
   }

@@ -32,8 +32,8 @@ struct Step {
 // Regulated pure pursuit (Macenski et al. 2023) with turns on the spot: the point on the route to
 // steer for is the farthest that can be reached in a straight line; the speed allows a stop before
 // whatever is on the arc, and before floor that was not seen. Where it stands before such floor, it
-// turns to look there. Where the arc is blocked, another one that leads near the same point will
-// do.
+// turns to look there, outermost first. Where the arc is blocked, another one that leads near the
+// same point will do, or else a heading from which there is one.
 class PathFollower {
  public:
   PathFollower(const RobotOptions& robot, const FollowerOptions& options)
@@ -61,6 +61,9 @@ class PathFollower {
                             const Pose2& local_from_base, const Surroundings& surroundings) const;
   std::optional<double> FreeArc(const Eigen::Vector2d& target, const Pose2& local_from_base,
                                 const Surroundings& surroundings) const;
+  // A heading in which the way is free, where it is blocked in the one that leads to the target.
+  std::optional<double> FreeHeading(double bearing_rad, const Pose2& local_from_base,
+                                    const Surroundings& surroundings) const;
   double SpeedToStopWithin(double distance_m) const;
   // Turns the camera to floor that has to be seen first; nothing once that is done.
   std::optional<Step> LookAside(Instant now, const Pose2& local_from_base,
@@ -69,8 +72,10 @@ class PathFollower {
   RobotOptions robot_;
   FollowerOptions options_;
   bool is_turning_ = false;
+  std::optional<double> detour_heading_rad_;
   struct Look {
-    Eigen::Vector2d at;                  // local frame
+    Eigen::Vector2d at;                  // what has to be seen, local frame
+    Eigen::Vector2d beyond;              // and a little farther aside
     std::optional<Instant> faced_since;  // the camera points there
   };
   std::optional<Look> look_;

@@ -21,19 +21,19 @@ bool Recovery::Start(const Pose2& local_from_base, const Surroundings& surroundi
   // Where it stands close to things, turning shows little that it does not know: back first.
   if (attempts_ == 0) {
     const double around = surroundings.Clearance(local_from_base.translation()) - robot_.radius_m;
-    is_back_first_ = around < kTightM;
+    is_back_next_ = around < kTightM;
   }
-  const bool is_back = (attempts_ % 2 == 0) == is_back_first_;
   ++attempts_;
   from_ = local_from_base;
   const auto heading =
-      is_back ? HeadingToBackOut(local_from_base, surroundings) : std::optional<double>();
+      is_back_next_ ? HeadingToBackOut(local_from_base, surroundings) : std::optional<double>();
   if (heading) {
     maneuver_ = Maneuver::kBackOut;
     back_out_heading_rad_ = *heading;
   } else {
     StartLookingAround(local_from_base);
   }
+  is_back_next_ = is_looking_around();  // which may have shown the way back
   return true;
 }
 

@@ -18,8 +18,9 @@ class Recovery {
            double margin_m)
       : robot_(robot), follower_(follower), monitor_(monitor), margin_m_(margin_m) {}
 
-  // Begins the next attempt: backing out and looking round in turn. False when enough have been
-  // made since the robot last got away from where it stood.
+  // Begins the next attempt: backing out and looking round in turn, and looking round where there
+  // is no way back. False when enough have been made since the robot last got away from where it
+  // stood.
   bool Start(const Pose2& local_from_base, const Surroundings& surroundings);
   void StartLookingAround(const Pose2& local_from_base);
   void Stop() { maneuver_.reset(); }
@@ -53,7 +54,7 @@ class Recovery {
 
   std::optional<Maneuver> maneuver_;
   int attempts_ = 0;
-  bool is_back_first_ = false;
+  bool is_back_next_ = false;
   Pose2 from_;  // where the attempt began
   double back_out_heading_rad_ = 0.0;
   double turned_rad_ = 0.0;

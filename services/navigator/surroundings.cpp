@@ -16,9 +16,6 @@ constexpr std::uint8_t kFreeUpTo = 90;  // 45 %
 // Nearer to the robot than a route is planned, what is in doubt is no floor: corners fade first.
 constexpr std::uint8_t kDoubtfulFrom = 115;  // 57 %
 constexpr double kNothingNearM = 10.0;
-// Free floor round the robot when it is switched on: who put it there left it room to turn.
-constexpr double kFirstStandM = 0.12;
-constexpr double kFirstStandS = 3600.0;
 // How long things hold that GRID does not know.
 constexpr double kStandS = 20.0;
 constexpr double kSightS = 8.0;
@@ -27,6 +24,14 @@ constexpr double kSightS = 8.0;
 constexpr double kHiddenPerScanS = 1.0;
 constexpr double kHiddenS = 10.0;  // at most
 constexpr double kGridTimeoutS = 2.0;
+// A robot that has not moved by as much for so long is one that people step up to.
+constexpr double kStillM = 0.01;
+constexpr double kStillRad = 0.02;
+constexpr float kStandingS = 1.0F;
+constexpr double kStepUpM = 0.5;  // they stand within this of its rim
+// Having looked, it may wait for this and that, until it is elsewhere or some time has passed.
+constexpr double kElsewhereM = 0.3;
+constexpr float kLookedS = 20.0F;
 // Floor this near to an obstacle is never sure to be free. It is the obstacle that tells how near
 // one may come there.
 constexpr int kBesideObstacleCells = 4;
@@ -40,13 +45,19 @@ constexpr double kTouchM = 0.03;
 // Of the cells, in which OpenCV draws.
 constexpr int kFractionBits = 8;
 constexpr double kFractions = 1 << kFractionBits;
+int Fractions(double metres) {
+  return static_cast<int>(std::lround(kFractions * metres / kResolutionM));
+}
 
-// Unit vectors from 80 degrees right to 80 degrees left of ahead.
+// Unit vectors from 65 degrees right and left of ahead to ahead: what lies outermost is looked at
+// first, and the rest is seen on the way. Farther aside the rim with its margin sweeps nothing that
+// the disc itself would touch.
 const std::array<Eigen::Vector2d, 9> kLeadingRim = [] {
+  constexpr double kOutermostRad = RadiansFromDegrees(65.0);
   std::array<Eigen::Vector2d, 9> rim;
-  for (std::size_t i = 0; i < rim.size(); ++i) {
-    const double angle = RadiansFromDegrees(20.0 * static_cast<double>(i) - 80.0);
-    rim[i] = {std::cos(angle), std::sin(angle)};
+  for (int i = 0; i < 9; ++i) {
+    const double angle = (i % 2 == 0 ? 1.0 : -1.0) * kOutermostRad * (1.0 - 0.25 * (i / 2));
+    rim[static_cast<std::size_t>(i)] = {std::cos(angle), std::sin(angle)};
   }
   return rim;
 }();
@@ -86,6 +97,7 @@ void Surroundings::Clear() {
   grid_.reset();
   scan_.reset();
   movers_.Clear();
+  doubted_at_s_.reset();
   window_ = {};  // all layers begin anew
 }
 
@@ -97,8 +109,8 @@ void Surroundings::MoveWindow(const Eigen::Vector2d& middle) {
   window_.resolution_m = kResolutionM;
   window_.origin = kResolutionM * (corner / kResolutionM).array().floor().matrix();
   window_.width = window_.height = cells;
-  for (cv::Mat* layer : {&seen_until_, &hidden_until_}) {
-    cv::Mat moved(cells, cells, CV_32FC1, cv::Scalar(0.0));
+  const auto move = [&](int type, cv::Mat* layer) {
+    cv::Mat moved(cells, cells, type, cv::Scalar(0.0));
     if (old.size() > 0) {
       const Eigen::Vector2d by = (window_.origin - old.origin) / kResolutionM;
       const cv::Rect whole(0, 0, cells, cells);
@@ -108,12 +120,14 @@ void Surroundings::MoveWindow(const Eigen::Vector2d& middle) {
       if (!kept.empty()) (*layer)(kept).copyTo(moved(kept - shift));
     }
     *layer = moved;
-  }
+  };
+  move(CV_32FC1, &seen_until_);
+  move(CV_32FC1, &hidden_until_);
+  move(CV_8UC1, &doubted_);
 }
 
 void Surroundings::Update(Instant now, const Pose2& local_from_base) {
-  const bool is_first = !began_;
-  if (is_first) began_ = now;
+  if (!began_) began_ = now;
   now_s_ = static_cast<float>(SecondsSince(now, *began_));
   base_ = local_from_base.translation();
   if (grid_ && SecondsSince(now, grid_at_) > kGridTimeoutS) DropGrid();
@@ -123,12 +137,12 @@ void Surroundings::Update(Instant now, const Pose2& local_from_base) {
     is_grid_drawn_ = false;
     is_changed_ = true;
   }
-  if (is_first) AddStand(base_, robot_.radius_m + kFirstStandM, kFirstStandS);
-  AddStand(base_, robot_.radius_m, kStandS);
+  DoubtFloorBesideStandingRobot(local_from_base);
+  AddStand();
   if (!is_changed_) return;
   is_changed_ = false;
   if (!is_grid_drawn_) DrawGrid();
-  seen_ = grid_seen_ | (seen_until_ > now_s_);
+  seen_ = (grid_seen_ & ~doubted_) | (seen_until_ > now_s_);
   grid_obstacles_.copyTo(obstacles_);
   if (scan_) AddScan();
   obstacles_.setTo(0, hidden_until_ > now_s_);
@@ -147,11 +161,27 @@ void Surroundings::Update(Instant now, const Pose2& local_from_base) {
   }
 }
 
-void Surroundings::AddStand(const Eigen::Vector2d& base, double radius_m, double seconds) {
-  const int radius = static_cast<int>(std::lround(kFractions * radius_m / kResolutionM));
+void Surroundings::DoubtFloorBesideStandingRobot(const Pose2& local_from_base) {
+  const Pose2 moved = stands_at_.Inverse() * local_from_base;
+  if (moved.translation().norm() > kStillM || std::abs(moved.theta) > kStillRad) {
+    stands_at_ = local_from_base;
+    stands_since_s_ = now_s_;
+  }
+  const bool has_doubted = doubted_at_s_ && now_s_ - *doubted_at_s_ < kLookedS &&
+                           (base_ - doubted_from_).norm() < kElsewhereM;
+  if (has_doubted || now_s_ - stands_since_s_ < kStandingS) return;
+  doubted_at_s_ = now_s_;
+  doubted_from_ = base_;
+  is_changed_ = true;
+  cv::circle(doubted_, Pixel(base_), Fractions(robot_.radius_m + kStepUpM), cv::Scalar(255),
+             cv::FILLED, cv::LINE_8, kFractionBits);
+  seen_until_.setTo(0.0, doubted_);
+}
+
+void Surroundings::AddStand() {
   cv::Mat stand(window_.height, window_.width, CV_32FC1, cv::Scalar(0.0));
-  cv::circle(stand, Pixel(base), radius, cv::Scalar(now_s_ + seconds), cv::FILLED, cv::LINE_8,
-             kFractionBits);
+  cv::circle(stand, Pixel(base_), Fractions(robot_.radius_m), cv::Scalar(now_s_ + kStandS),
+             cv::FILLED, cv::LINE_8, kFractionBits);
   seen_until_ = cv::max(seen_until_, stand);  // a longer promise stands
 }
 
@@ -212,6 +242,7 @@ void Surroundings::AddScan() {
   seen_ |= floor;
   cv::Mat(cv::max(seen_until_, now_s_ + kSightS)).copyTo(seen_until_, floor);
   hidden_until_.setTo(0.0, floor);  // it would hide the floor behind it
+  doubted_.setTo(0, floor);
 
   std::vector<std::size_t> blind_hits;
   for (std::size_t ray = 0; ray < scan_->ranges_m.size(); ++ray) {

@@ -33,7 +33,8 @@ class Surroundings {
   // outside the map.
   double Clearance(const Eigen::Vector2d& point) const;
   // Whether the floor at a point has been seen, or an obstacle just beside it, or the robot itself
-  // has stood there lately.
+  // has stood there lately. People step up to a robot that stands: floor beside it counts only if
+  // it was seen since then.
   bool IsSeen(const Eigen::Vector2d& point) const;
   // Whether something stands on the straight line between two points.
   bool IsObstructed(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
@@ -54,6 +55,8 @@ class Surroundings {
  private:
   void MoveWindow(const Eigen::Vector2d& middle);
   void DrawGrid();
+  // Somebody may have stepped up to it, out of its view.
+  void DoubtFloorBesideStandingRobot(const Pose2& local_from_base);
   // Takes over what the newest scan shows.
   void AddScan();
   // Where the newest scan shows something, and an earlier one of the last second floor.
@@ -62,8 +65,8 @@ class Surroundings {
   // `to_known`: CV_32FC1, from each cell to the nearest that is known to be occupied, cells.
   Eigen::Vector2d HiddenPlace(const Eigen::Vector2d& direction, double range_m,
                               const cv::Mat& to_known) const;
-  // Marks a disc as seen for a time.
-  void AddStand(const Eigen::Vector2d& base, double radius_m, double seconds);
+  // The robot itself stands here.
+  void AddStand();
   void MarkOccupied(const Eigen::Vector2d& point);
   // For OpenCV's drawing functions, in fractions of cells.
   cv::Point Pixel(const Eigen::Vector2d& point) const;
@@ -79,12 +82,17 @@ class Surroundings {
   std::optional<Instant> began_;
   float now_s_ = 0.0F;  // steady time since then: a float has no tenths left after months
   Eigen::Vector2d base_ = Eigen::Vector2d::Zero();
+  Pose2 stands_at_;
+  float stands_since_s_ = 0.0F;
+  std::optional<float> doubted_at_s_;  // the floor around, and from where
+  Eigen::Vector2d doubted_from_ = Eigen::Vector2d::Zero();
 
   GridGeometry window_;  // around the robot
   Movers movers_;
   // What lasts, in steady seconds until when it holds; CV_32FC1.
   cv::Mat seen_until_;    // the floor was shown by a scan, or the robot has stood there
   cv::Mat hidden_until_;  // something stands here or just beyond, too near for the camera
+  cv::Mat doubted_;       // CV_8UC1: non-zero where somebody may have stepped since it was seen
   bool is_grid_drawn_ = false;
   cv::Mat grid_seen_;  // what GRID says, as seen_ and obstacles_
   cv::Mat grid_obstacles_;

@@ -27,14 +27,14 @@ FloorPlan Room(double width, double depth) {
   return plan;
 }
 
-// 121 rays over 120 degrees that see this far, and hit something there where `is_hit`.
+// 181 rays over 180 degrees that see this far, and hit something there where `is_hit`.
 Scan FlatScan(Utime utime, float range, bool is_hit) {
   Scan scan;
   scan.utime = utime;
-  scan.first_bearing_rad = RadiansFromDegrees(-60.0);
+  scan.first_bearing_rad = RadiansFromDegrees(-90.0);
   scan.bearing_step_rad = RadiansFromDegrees(1.0);
-  scan.ranges_m.assign(121, is_hit ? range : kInf);
-  scan.ground_seen_m.assign(121, range);
+  scan.ranges_m.assign(181, is_hit ? range : kInf);
+  scan.ground_seen_m.assign(181, range);
   return scan;
 }
 
@@ -176,10 +176,9 @@ TEST(Surroundings, ObstacleThatMayBeNearerIsTakenAsNear) {
   RobotOptions robot;
   Surroundings surroundings(robot);
   Scan scan = FlatScan(1, 0.6F, true);
-  scan.ground_seen_m.assign(121, 0.0F);  // not even the nearest visible pixel is ground
+  scan.ground_seen_m.assign(181, 0.0F);  // not even the nearest visible pixel is ground
   surroundings.SetScan(scan, {});
   surroundings.Update({}, {});
-  // Just outside the free floor that it began on.
   EXPECT_LT(LookAlong(surroundings, robot, {}, 0.0, 1, 1.0, 0.0).free_m, 0.15);
 }
 
@@ -190,7 +189,7 @@ TEST(Surroundings, KnownObstacleTooNearForTheCameraStaysWhereItIs) {
   surroundings.SetScan(FlatScan(1, 0.65F, true), {});
   surroundings.Update({}, {});
   Scan scan = FlatScan(2, 0.6F, true);
-  scan.ground_seen_m.assign(121, 0.0F);
+  scan.ground_seen_m.assign(181, 0.0F);
   SeenGrid grid;  // remembers the wall, which is round
   grid.grid.resolution_m = 0.05;
   grid.grid.width = grid.grid.height = 40;
@@ -210,9 +209,9 @@ TEST(Surroundings, KnownObstacleTooNearForTheCameraStaysWhereItIs) {
 TEST(Surroundings, WhatIsTooNearHoldsTheLongerTheMoreScansShowIt) {
   RobotOptions robot;
   Scan near = FlatScan(1, 0.6F, true);
-  near.ground_seen_m.assign(121, 0.0F);
+  near.ground_seen_m.assign(181, 0.0F);
   Scan undetermined = near;
-  undetermined.ranges_m.assign(121, std::numeric_limits<float>::quiet_NaN());
+  undetermined.ranges_m.assign(181, std::numeric_limits<float>::quiet_NaN());
   const auto free_after = [&](int scans, double seconds) {
     Surroundings surroundings(robot);
     surroundings.SetScan(FlatScan(1, 2.0F, false), {});
@@ -233,6 +232,49 @@ TEST(Surroundings, WhatIsTooNearHoldsTheLongerTheMoreScansShowIt) {
   EXPECT_EQ(free_after(100, 10.1), 1.0) << "never for long";
 }
 
+// All floor around a robot at the origin, as GRID remembers it.
+SeenGrid FreeGrid() {
+  SeenGrid grid;
+  grid.grid.resolution_m = 0.05;
+  grid.grid.width = grid.grid.height = 80;
+  grid.grid_from_robot = {2.0, 2.0, 0.0};
+  grid.occupancy.assign(6400, 0);
+  return grid;
+}
+
+// Somebody may have come up to it from where the camera does not look.
+TEST(Surroundings, FloorBesideARobotThatHasStoodIsSeenAnew) {
+  RobotOptions robot;
+  ManualClock clock;
+  Surroundings surroundings(robot);
+  Scan ahead = FlatScan(1, 2.0F, false);  // the camera looks to the right only
+  ahead.ranges_m.resize(90);
+  ahead.ground_seen_m.resize(90);
+  Pose2 base;
+  const auto seen_m = [&](int direction) {
+    surroundings.SetGrid(clock.Now(), FreeGrid(), {});
+    surroundings.SetScan(ahead, base);
+    surroundings.Update(clock.Now(), base);
+    return LookAlong(surroundings, robot, base, 0.0, direction, 0.5, 0.04).seen_m;
+  };
+  EXPECT_EQ(seen_m(1), 0.5);
+  clock.Advance(std::chrono::milliseconds(900));
+  EXPECT_EQ(seen_m(1), 0.5) << "it has hardly stopped";
+  clock.Advance(std::chrono::milliseconds(200));
+  EXPECT_LT(seen_m(1), 0.05) << "to its left somebody may stand";
+  EXPECT_LT(seen_m(-1), 0.05);
+  // It looks there.
+  base.theta = RadiansFromDegrees(90.0);
+  seen_m(1);
+  base.theta = 0.0;
+  EXPECT_EQ(seen_m(1), 0.5);
+  // While it waits for something, nothing more is asked of it; in the long run it is.
+  clock.Advance(std::chrono::seconds(2));
+  EXPECT_EQ(seen_m(1), 0.5);
+  clock.Advance(std::chrono::seconds(30));
+  EXPECT_LT(seen_m(1), 0.05);
+}
+
 TEST(Surroundings, MayMoveAwayFromWhatItTouches) {
   RobotOptions robot;
   Surroundings surroundings(robot);
@@ -242,17 +284,47 @@ TEST(Surroundings, MayMoveAwayFromWhatItTouches) {
   EXPECT_EQ(LookAlong(surroundings, robot, {}, 0.0, -1, 0.5, 0.05).free_m, 0.5);
 }
 
+// ---- PathFollower
+
+// Somebody stands right before it on the left: straight on would come nearer to him still.
+TEST(PathFollower, TurnsToAHeadingThatIsFreeWhereNoArcIs) {
+  RobotOptions robot;
+  Surroundings surroundings(robot);
+  SeenGrid grid = FreeGrid();
+  for (int cell = 0; cell < grid.grid.size(); ++cell) {
+    const Eigen::Vector2d place = grid.grid.Centre(cell) - Eigen::Vector2d(2.0, 2.0);
+    if ((place - Eigen::Vector2d(0.25, 0.40)).norm() < 0.2) {
+      grid.occupancy[static_cast<std::size_t>(cell)] = 200;
+    }
+  }
+  surroundings.SetGrid({}, grid, {});
+  Pose2 base;
+  surroundings.Update({}, base);
+  PathFollower follower(robot, {});
+  const std::vector<Eigen::Vector2d> route = {{0.0, 0.0}, {1.5, 0.0}};
+  ASSERT_LT(LookAlong(surroundings, robot, base, 0.0, 1, 0.5, 0.04).free_m, 0.1);
+  double turned_rad = 0.0;
+  constexpr double kStepS = 0.05;
+  for (int i = 0; i < 200 && base.x < 1.0; ++i) {
+    const Step step = follower.Follow({}, route, base, surroundings);
+    EXPECT_EQ(step.blocked_by, "") << i;
+    base =
+        base * Pose2{kStepS * step.velocity.linear_mps, 0.0, kStepS * step.velocity.angular_radps};
+    turned_rad = std::min(turned_rad, base.theta);
+    surroundings.Update({}, base);
+    ASSERT_GT(surroundings.Clearance(base.translation()), robot.radius_m - 0.02);
+  }
+  EXPECT_LT(turned_rad, -0.15) << "to the right";
+  EXPECT_GT(base.x, 1.0);
+}
+
 // ---- Recovery
 
 // In a door of 0.8 m through a wall along the y axis, all floor around it seen.
 class RecoveryInADoor : public ::testing::Test {
  protected:
   RecoveryInADoor() {
-    SeenGrid grid;
-    grid.grid.resolution_m = 0.05;
-    grid.grid.width = grid.grid.height = 80;
-    grid.grid_from_robot = {2.0, 2.0, 0.0};
-    grid.occupancy.assign(6400, 0);
+    SeenGrid grid = FreeGrid();
     for (int row = 0; row < 80; ++row) {
       const double y = grid.grid.Centre(40, row).y() - 2.0;
       if (std::abs(y) > 0.4) grid.occupancy[static_cast<std::size_t>(row * 80 + 40)] = 200;
@@ -301,6 +373,26 @@ TEST_F(RecoveryInADoor, AttemptsEndUntilItGetsAway) {
   EXPECT_FALSE(recovery_.Start(base, surroundings_));
   recovery_.NoteProgress({0.8, 0.0, 0.0});
   EXPECT_TRUE(recovery_.Start(base, surroundings_));
+}
+
+TEST(Recovery, LooksRoundWhereItDoesNotKnowTheWayBackAndThenBacksOut) {
+  RobotOptions robot;
+  FollowerOptions options;
+  const PathFollower follower(robot, options);
+  const SafetyMonitor monitor(robot, {});
+  Recovery recovery(robot, follower, monitor, options.margin_m);
+  Surroundings surroundings(robot);
+  const Scan wall = FlatScan(1, 0.3F, true);  // close before it: back would be first
+  surroundings.SetScan(wall, {});
+  surroundings.Update({}, {});
+  ASSERT_TRUE(recovery.Start({}, surroundings));
+  EXPECT_EQ(recovery.Description(), "looking around");
+  surroundings.SetGrid({}, FreeGrid(), {});  // that has shown free floor
+  surroundings.Update({}, {});
+  ASSERT_TRUE(recovery.Start({}, surroundings));
+  EXPECT_EQ(recovery.Description(), "backing out");
+  ASSERT_TRUE(recovery.Start({}, surroundings));
+  EXPECT_EQ(recovery.Description(), "looking around");
 }
 
 // ---- SafetyMonitor
