@@ -12,6 +12,7 @@ constexpr int kBlock = 4;               // half-size pixels along a side of a bl
 constexpr float kLeastVariance = 9.0F;  // sensor noise, grey levels squared
 constexpr float kLimit = 4.0F;          // log-ratio that one pixel can say
 constexpr float kFeetMargin = 2.0F;     // log-odds of ground by motion that do not count
+constexpr float kHardlyAlike = 0.05F;   // feet that have less than this to say are not looked for
 constexpr float kLeastShare = 0.01F;    // of the window that a side needs to be described
 
 // Intensity and two opponent colours: less correlated than blue, green and red.
@@ -158,24 +159,33 @@ float Overlap(const LocalColours& a, const LocalColours& b) {
     const float difference = a.mean[i] - b.mean[i];
     distance += 0.125F * difference * difference / variance + 0.5F * std::log(variance);
   }
-
   return std::exp(-distance);
 }
 
 // The foot by motion has its say as far as the colours of both sides are alike. What is called
 // ground is driven on, so that needs the clearer word.
-void AddFeet(const cv::Mat& feet, float limit, const Describer& describer, const Sides& sides,
-             cv::Mat& prior, cv::Mat& mask) {
+void AddFeet(const FeetFinder& find_feet, float limit, const Describer& describer,
+             const Sides& sides, cv::Mat& prior, cv::Mat& mask) {
+  std::vector<float> alike;
+  for (std::size_t block = 0; block < sides.ground.size(); ++block) {
+    alike.push_back(Overlap(sides.ground[block], sides.other[block]));
+  }
+  cv::Mat where(mask.size(), CV_8UC1);
+  for (int v = 0; v < where.rows; ++v) {
+    auto* is_wanted = where.ptr<std::uint8_t>(v);
+    for (int u = 0; u < where.cols; ++u) {
+      is_wanted[u] = alike[describer.Index(v, u)] > kHardlyAlike ? 255 : 0;
+    }
+  }
+  const cv::Mat feet = find_feet(mask, where);
   for (int v = 0; v < feet.rows; ++v) {
     const auto* foot = feet.ptr<float>(v);
     auto* value = prior.ptr<float>(v);
     auto* is_ground = mask.ptr<std::uint8_t>(v);
     for (int u = 0; u < feet.cols; ++u) {
       if (std::isnan(foot[u])) continue;
-      const std::size_t block = describer.Index(v, u);
-      const float alike = Overlap(sides.ground[block], sides.other[block]);
       const float surely = foot[u] > 0.0F ? std::max(foot[u] - kFeetMargin, 0.0F) : foot[u];
-      value[u] += alike * std::clamp(surely, -limit, limit);
+      value[u] += alike[describer.Index(v, u)] * std::clamp(surely, -limit, limit);
       is_ground[u] = value[u] > 0.0F ? 255 : 0;
     }
   }
@@ -224,7 +234,7 @@ void Reassign(const cv::Mat& bgr, const cv::Mat& prior, const Describer& describ
 }  // namespace
 
 cv::Mat RefineBorders(const cv::Mat& bgr, const cv::Mat& ground, const cv::Mat& log_odds,
-                      const cv::Mat& feet, const BorderOptions& options) {
+                      const FeetFinder& find_feet, const BorderOptions& options) {
   const cv::Size half_size((bgr.cols + 1) / 2, (bgr.rows + 1) / 2);
   cv::Mat half;
   cv::resize(bgr, half, half_size, 0.0, 0.0, cv::INTER_AREA);
@@ -236,7 +246,7 @@ cv::Mat RefineBorders(const cv::Mat& bgr, const cv::Mat& ground, const cv::Mat& 
   cv::Mat prior;
   cv::resize(options.cells_weight * log_odds, prior, half_size, 0.0, 0.0, cv::INTER_LINEAR);
   const Sides first_sides = DescribeSides(describer, mask, 2);
-  if (!feet.empty()) AddFeet(feet, options.feet_limit, describer, first_sides, prior, mask);
+  if (find_feet) AddFeet(find_feet, options.feet_limit, describer, first_sides, prior, mask);
   const int reach = options.reach_px / 2;
   Reassign(half, prior, describer, first_sides, 1, reach, 2, mask);
   Reassign(half, prior, describer, DescribeSides(describer, mask, 1), 1, std::max(reach / 2, 2), 1,

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <opencv2/core/utility.hpp>
@@ -10,7 +11,8 @@
 namespace beckon {
 namespace {
 
-constexpr int kLineStep = 2;  // half-size pixels between lines, at the horizon
+constexpr int kLineStep = 3;  // half-size pixels between lines, at the horizon
+constexpr std::size_t kMaxBefore = 2;
 
 Eigen::Matrix3d FullFromHalf() {
   // The centre of the first half-size pixel is at 0.5.
@@ -93,11 +95,126 @@ struct Foot {
   std::vector<float> cost;  // of each row from row - reach to row + reach
 };
 
+// A pixel of a line: what it looks like, and where it would have been seen as ground.
+struct LinePixel {
+  bool is_inside = false;
+  float grey = 0.0F;
+  float scale = 1.0F;     // of a residual, grey levels
+  float distance = 0.0F;  // as ground, m
+  std::array<Eigen::Vector3f, kMaxBefore> seen;
+};
+
+class FootCosts {
+ public:
+  FootCosts(const Lines& lines, const cv::Mat& grey, const Eigen::Matrix3d& ground_from_now,
+            std::span<const Warp> warps, const FootLineOptions& options)
+      : lines_(lines),
+        grey_(grey),
+        ground_from_now_(ground_from_now),
+        warps_(warps),
+        options_(options) {}
+
+  // The foot on a line; none where the cells have none, or `where` is zero.
+  Foot Of(int line, const cv::Mat& ground, const cv::Mat& where) const {
+    const int first = lines_.first_row();
+    int row = grey_.rows - 2;
+    while (row > first && !IsInside(line, row)) --row;
+    const int lowest = row;
+    while (row > first && IsInside(line, row) && IsSet(ground, line, row)) --row;
+    Foot foot;
+    if (row == lowest || row <= first || !IsInside(line, row) || !IsSet(where, line, row)) {
+      return foot;
+    }
+    foot.row = row;
+    foot.cost.assign(static_cast<std::size_t>(2 * options_.reach + 1), 0.0F);
+    const int top = std::max(row - options_.reach - options_.height, first);
+    const int bottom = std::min(row + options_.reach, lowest);
+    std::vector<LinePixel> pixels;
+    for (int v = top; v <= bottom; ++v) pixels.push_back(PixelOf(line, v));
+    for (std::size_t frame = 0; frame < warps_.size(); ++frame) {
+      AddCosts(frame, pixels, top, foot);
+    }
+    return foot;
+  }
+
+ private:
+  int ColumnOf(int line, int row) const { return cvRound(lines_.Column(line, row)); }
+  bool IsInside(int line, int row) const {
+    const int column = ColumnOf(line, row);
+    return column >= 1 && column + 1 < grey_.cols;
+  }
+  bool IsSet(const cv::Mat& mask, int line, int row) const {
+    return mask.at<std::uint8_t>(row, ColumnOf(line, row)) != 0;
+  }
+
+  LinePixel PixelOf(int line, int row) const {
+    LinePixel pixel;
+    pixel.is_inside = IsInside(line, row);
+    if (!pixel.is_inside) return pixel;
+    const int column = ColumnOf(line, row);
+    const auto* values = grey_.ptr<std::uint8_t>(row) + column;
+    const float dx = 0.5F * static_cast<float>(values[1] - values[-1]);
+    const float dy = 0.5F * static_cast<float>(grey_.at<std::uint8_t>(row + 1, column) -
+                                               grey_.at<std::uint8_t>(row - 1, column));
+    pixel.grey = values[0];
+    pixel.scale = options_.noise_grey + options_.edge_px * std::hypot(dx, dy);
+    const Eigen::Vector3d point = ground_from_now_ * Eigen::Vector3d(column, row, 1.0);
+    pixel.distance = static_cast<float>(point.head<2>().norm() / std::abs(point.z()));
+    for (std::size_t frame = 0; frame < warps_.size(); ++frame) {
+      pixel.seen[frame] = (warps_[frame].half_before_from_ground * point / point.z()).cast<float>();
+    }
+    return pixel;
+  }
+
+  // Of a pixel that is this much farther away than the ground there, as a share of that.
+  float CostOf(const LinePixel& pixel, std::size_t frame, float farther) const {
+    if (!pixel.is_inside) return 0.0F;
+    const Eigen::Vector3f seen = pixel.seen[frame] + farther * warps_[frame].parallax;
+    float value;
+    if (!(seen.z() != 0.0F) ||
+        !Interpolate(*warps_[frame].grey, seen.x() / seen.z(), seen.y() / seen.z(), value)) {
+      return 0.5F * options_.limit;
+    }
+    return std::min(std::abs(pixel.grey - value) / pixel.scale, options_.limit);
+  }
+
+  // `top`: row of the first pixel.
+  void AddCosts(std::size_t frame, const std::vector<LinePixel>& pixels, int top,
+                Foot& foot) const {
+    // Costs as ground, summed from each row on downwards.
+    std::vector<float> below(pixels.size() + 1, 0.0F);
+    for (std::size_t i = pixels.size(); i-- > 0;) {
+      below[i] = below[i + 1] + CostOf(pixels[i], frame, 0.0F);
+    }
+    const int bottom = top + static_cast<int>(pixels.size()) - 1;
+    for (std::size_t state = 0; state < foot.cost.size(); ++state) {
+      // The foot is the lowest row of what stands.
+      const int row = std::clamp(foot.row - options_.reach + static_cast<int>(state), top, bottom);
+      const auto first_ground = static_cast<std::size_t>(row + 1 - top);
+      const float distance = pixels[first_ground - 1].distance;
+      float cost = below[first_ground];
+      if (distance > 0.0F) {
+        for (std::size_t i = 0; i < first_ground; ++i) {
+          cost += CostOf(pixels[i], frame, pixels[i].distance / distance - 1.0F);
+        }
+      }
+      foot.cost[state] += options_.share * cost;
+    }
+  }
+
+  const Lines& lines_;
+  const cv::Mat& grey_;
+  const Eigen::Matrix3d& ground_from_now_;
+  std::span<const Warp> warps_;
+  const FootLineOptions& options_;
+};
+
 }  // namespace
 
 cv::Mat FootLogOdds(const GroundCamera& camera, const PosedGrey& now,
-                    std::span<const PosedGrey> before, const cv::Mat& ground,
+                    std::span<const PosedGrey> before, const cv::Mat& ground, const cv::Mat& where,
                     const FootLineOptions& options) {
+  CV_Assert(before.size() <= kMaxBefore);
   const cv::Mat& grey = *now.grey;
   const auto ground_from_half = [&](const BodyPose& pose) -> Eigen::Matrix3d {
     return Rocked(camera, pose.pitch_rad, pose.roll_rad).ground_from_image * FullFromHalf();
@@ -119,84 +236,10 @@ cv::Mat FootLogOdds(const GroundCamera& camera, const PosedGrey& now,
   const int reach = options.reach;
   const int states = 2 * reach + 1;
   std::vector<Foot> feet(static_cast<std::size_t>(lines.count()));
+  const FootCosts costs(lines, grey, ground_from_now, warps, options);
   cv::parallel_for_(cv::Range(0, lines.count()), [&](const cv::Range& range) {
-    struct Pixel {
-      float grey;
-      float scale;                        // of a residual, grey levels
-      float distance;                     // as ground, m
-      std::vector<Eigen::Vector3f> seen;  // in each earlier frame, as ground
-    };
-    std::vector<Pixel> pixels;
     for (int line = range.start; line < range.end; ++line) {
-      Foot& foot = feet[static_cast<std::size_t>(line)];
-      const auto column_at = [&](int v) { return cvRound(lines.Column(line, v)); };
-      const auto inside = [&](int v) {
-        const int u = column_at(v);
-        return u >= 1 && u + 1 < grey.cols;
-      };
-      int v = grey.rows - 2;
-      while (v > lines.first_row() && !inside(v)) --v;
-      const int lowest = v;
-      while (v > lines.first_row() && inside(v) && ground.at<std::uint8_t>(v, column_at(v)) != 0) {
-        --v;
-      }
-      if (v == lowest || v <= lines.first_row() || !inside(v)) continue;
-      foot.row = v;
-      const int top = std::max(v - reach - options.height, lines.first_row());
-      const int bottom = std::min(v + reach, lowest);
-      foot.cost.assign(static_cast<std::size_t>(states), 0.0F);
-      pixels.clear();
-      for (int row = top; row <= bottom; ++row) {
-        const int u = column_at(row);
-        Pixel pixel{};
-        if (!inside(row)) {
-          pixels.push_back(pixel);
-          continue;
-        }
-        const auto* values = grey.ptr<std::uint8_t>(row) + u;
-        const float dx = 0.5F * static_cast<float>(values[1] - values[-1]);
-        const float dy = 0.5F * static_cast<float>(grey.at<std::uint8_t>(row + 1, u) -
-                                                   grey.at<std::uint8_t>(row - 1, u));
-        pixel.grey = values[0];
-        pixel.scale = options.noise_grey + options.edge_px * std::hypot(dx, dy);
-        const Eigen::Vector3d point = ground_from_now * Eigen::Vector3d(u, row, 1.0);
-        pixel.distance = static_cast<float>(point.head<2>().norm() / std::abs(point.z()));
-        for (const Warp& warp : warps) {
-          pixel.seen.push_back((warp.half_before_from_ground * point / point.z()).cast<float>());
-        }
-        pixels.push_back(std::move(pixel));
-      }
-      for (std::size_t w = 0; w < warps.size(); ++w) {
-        const Warp& warp = warps[w];
-        const auto cost_of = [&](const Pixel& pixel, float farther) {
-          const Eigen::Vector3f seen = pixel.seen[w] + farther * warp.parallax;
-          float value;
-          if (!(seen.z() != 0.0F) ||
-              !Interpolate(*warp.grey, seen.x() / seen.z(), seen.y() / seen.z(), value)) {
-            return 0.5F * options.limit;
-          }
-          return std::min(std::abs(pixel.grey - value) / pixel.scale, options.limit);
-        };
-        // Costs as ground, summed from the row on downwards.
-        std::vector<float> below(pixels.size() + 1, 0.0F);
-        for (std::size_t i = pixels.size(); i-- > 0;) {
-          below[i] = below[i + 1] + (pixels[i].seen.empty() ? 0.0F : cost_of(pixels[i], 0.0F));
-        }
-        for (int state = 0; state < states; ++state) {
-          // The foot is the lowest row of what stands.
-          const int row = std::clamp(v - reach + state, top, bottom);
-          const auto first_ground = static_cast<std::size_t>(row + 1 - top);
-          const float distance = pixels[first_ground - 1].distance;
-          float cost = below[first_ground];
-          if (distance > 0.0F) {
-            for (std::size_t i = 0; i < first_ground; ++i) {
-              if (pixels[i].seen.empty()) continue;
-              cost += cost_of(pixels[i], pixels[i].distance / distance - 1.0F);
-            }
-          }
-          foot.cost[static_cast<std::size_t>(state)] += options.share * cost;
-        }
-      }
+      feet[static_cast<std::size_t>(line)] = costs.Of(line, ground, where);
     }
   });
 

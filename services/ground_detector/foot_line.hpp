@@ -28,7 +28,8 @@ struct PosedGrey {
 };
 
 // Log-odds of ground near the foot of what stands on the ground, CV_32FC1 of the size of `now`; NaN
-// elsewhere. `ground`: CV_8UC1 of that size, 255 for ground, where the feet are roughly.
+// elsewhere. `ground`: CV_8UC1 of that size, 255 for ground, where the feet are roughly. `where`:
+// the same, zero where no foot is to be looked for. `before`: at most two.
 //
 // A vertical line of the world and the ground before it make one line in the picture, to the point
 // below the camera. On each such line the pixels up to the foot move like the ground, and those
@@ -36,7 +37,7 @@ struct PosedGrey {
 // otherwise at the foot, and the more the higher up. The likelihood of each foot is that of all
 // pixels around; neighbouring lines agree by dynamic programming (min-marginals).
 cv::Mat FootLogOdds(const GroundCamera& camera, const PosedGrey& now,
-                    std::span<const PosedGrey> before, const cv::Mat& ground,
+                    std::span<const PosedGrey> before, const cv::Mat& ground, const cv::Mat& where,
                     const FootLineOptions& options);
 
 }  // namespace beckon

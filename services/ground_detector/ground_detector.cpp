@@ -92,18 +92,14 @@ cv::Mat GroundDetector::Evidence() const {
   return evidence;
 }
 
-cv::Mat GroundDetector::Feet(const cv::Mat& log_odds) const {
+cv::Mat GroundDetector::Feet(const cv::Mat& ground, const cv::Mat& where) const {
   const RememberedFrame& now = odometry_.memory().back();
   std::vector<PosedGrey> before;
   for (const RememberedFrame* frame : EarlierFrames()) {
     before.push_back({&frame->pyramid[0], frame->pose});
   }
   if (before.empty()) return {};
-  cv::Mat unsure;
-  cv::Mat ground = DecideCells(log_odds, unsure);
-  cv::resize(ground, ground, now.pyramid[0].size(), 0.0, 0.0, cv::INTER_LINEAR);
-  cv::threshold(ground, ground, 127.0, 255.0, cv::THRESH_BINARY);
-  return FootLogOdds(options_.camera, {&now.pyramid[0], now.pose}, before, ground,
+  return FootLogOdds(options_.camera, {&now.pyramid[0], now.pose}, before, ground, where,
                      options_.foot_line);
 }
 
@@ -201,10 +197,12 @@ GroundFrame GroundDetector::Process(const cv::Mat& bgr, Utime utime) {
   result.ms.classification = watch.Lap();
 
   // Borders to the pixel, in the frame as taken.
-  cv::Mat feet;
-  if (followed.located && options_.Uses(DetectorPart::kParallax)) feet = Feet(result.log_odds);
-  cv::Mat labels = LabelPixels(ideal, result.log_odds, feet, options_.Uses(DetectorPart::kBorders),
-                               options_.borders);
+  FeetFinder find_feet;
+  if (followed.located && options_.Uses(DetectorPart::kParallax)) {
+    find_feet = [this](const cv::Mat& ground, const cv::Mat& where) { return Feet(ground, where); };
+  }
+  cv::Mat labels = LabelPixels(ideal, result.log_odds, find_feet,
+                               options_.Uses(DetectorPart::kBorders), options_.borders);
   labels.setTo(kNotGround, view_.not_below_horizon());
   odometry_.LearnGround(labels);
   result.labels = view_.TakenFromIdeal(labels);

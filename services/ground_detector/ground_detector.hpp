@@ -59,7 +59,7 @@ class GroundDetector {
   void Restart();
   std::vector<const RememberedFrame*> EarlierFrames() const;
   cv::Mat Evidence() const;
-  cv::Mat Feet(const cv::Mat& log_odds) const;
+  cv::Mat Feet(const cv::Mat& ground, const cv::Mat& where) const;
   void SettleFeatures(const cv::Mat& labels, std::vector<ClassifiedFeature>& features) const;
 
   GroundDetectorOptions options_;

@@ -165,7 +165,7 @@ TEST(FootLogOdds, FindsTheFootOfAWallThatLooksLikeTheFloor) {
     cv::Mat ground(now.size(), CV_8UC1, cv::Scalar(0));
     ground.rowRange(foot_row + error, ground.rows).setTo(255);
     const std::vector<PosedGrey> earlier = {{&then, before}};
-    const cv::Mat feet = FootLogOdds(camera, {&now, {}}, earlier, ground, {});
+    const cv::Mat feet = FootLogOdds(camera, {&now, {}}, earlier, ground, ground | 255, {});
     ASSERT_EQ(feet.size(), now.size());
     for (int u = 30; u < 130; u += 10) {
       EXPECT_LT(feet.at<float>(foot_row - 2, u), 0.0F) << u << ", cells err by " << error;
@@ -180,7 +180,7 @@ TEST(FootLogOdds, SaysNothingOfWhatIsPlain) {
   cv::Mat ground(plain.size(), CV_8UC1, cv::Scalar(0));
   ground.rowRange(60, ground.rows).setTo(255);
   const std::vector<PosedGrey> earlier = {{&plain, {{-0.25, 0.0, 0.0}, 0.0, 0.0}}};
-  const cv::Mat feet = FootLogOdds(camera, {&plain, {}}, earlier, ground, {});
+  const cv::Mat feet = FootLogOdds(camera, {&plain, {}}, earlier, ground, ground | 255, {});
   EXPECT_NEAR(feet.at<float>(55, 80), 0.0F, 0.5F);
   EXPECT_NEAR(feet.at<float>(65, 80), 0.0F, 0.5F);
 }
