@@ -11,6 +11,8 @@ namespace {
 constexpr int kBlock = 4;               // half-size pixels along a side of a block
 constexpr float kLeastVariance = 9.0F;  // sensor noise, grey levels squared
 constexpr float kLimit = 4.0F;          // log-ratio that one pixel can say
+constexpr float kFeetMargin = 2.0F;     // log-odds of ground by motion that do not count
+constexpr float kHardlyAlike = 0.05F;   // feet that have less than this to say are not looked for
 constexpr float kLeastShare = 0.01F;    // of the window that a side needs to be described
 
 // Intensity and two opponent colours: less correlated than blue, green and red.
@@ -147,6 +149,48 @@ Sides DescribeSides(const Describer& describer, const cv::Mat& mask, int doubt) 
   return sides;
 }
 
+// Bhattacharyya coefficient of two sides: 1 where they look the same; 0 if either is not known, as
+// of something narrow, whose foot motion does not tell either.
+float Overlap(const LocalColours& a, const LocalColours& b) {
+  if (!a.known || !b.known) return 0.0F;
+  float distance = 0.5F * (a.log_scale + b.log_scale);
+  for (int i = 0; i < 3; ++i) {
+    const float variance = 0.5F * (1.0F / a.inverse_variance[i] + 1.0F / b.inverse_variance[i]);
+    const float difference = a.mean[i] - b.mean[i];
+    distance += 0.125F * difference * difference / variance + 0.5F * std::log(variance);
+  }
+  return std::exp(-distance);
+}
+
+// The foot by motion has its say as far as the colours of both sides are alike. What is called
+// ground is driven on, so that needs the clearer word.
+void AddFeet(const FeetFinder& find_feet, float limit, const Describer& describer,
+             const Sides& sides, cv::Mat& prior, cv::Mat& mask) {
+  std::vector<float> alike;
+  for (std::size_t block = 0; block < sides.ground.size(); ++block) {
+    alike.push_back(Overlap(sides.ground[block], sides.other[block]));
+  }
+  cv::Mat where(mask.size(), CV_8UC1);
+  for (int v = 0; v < where.rows; ++v) {
+    auto* is_wanted = where.ptr<std::uint8_t>(v);
+    for (int u = 0; u < where.cols; ++u) {
+      is_wanted[u] = alike[describer.Index(v, u)] > kHardlyAlike ? 255 : 0;
+    }
+  }
+  const cv::Mat feet = find_feet(mask, where);
+  for (int v = 0; v < feet.rows; ++v) {
+    const auto* foot = feet.ptr<float>(v);
+    auto* value = prior.ptr<float>(v);
+    auto* is_ground = mask.ptr<std::uint8_t>(v);
+    for (int u = 0; u < feet.cols; ++u) {
+      if (std::isnan(foot[u])) continue;
+      const float surely = foot[u] > 0.0F ? std::max(foot[u] - kFeetMargin, 0.0F) : foot[u];
+      value[u] += alike[describer.Index(v, u)] * std::clamp(surely, -limit, limit);
+      is_ground[u] = value[u] > 0.0F ? 255 : 0;
+    }
+  }
+}
+
 // One pass: the pixels within `reach` of the border are assigned anew. `prior`: CV_32FC1, log-odds
 // that a pixel has before its colour is asked. `half`: pixels of `bgr` along a half-size pixel.
 void Reassign(const cv::Mat& bgr, const cv::Mat& prior, const Describer& describer,
@@ -190,7 +234,7 @@ void Reassign(const cv::Mat& bgr, const cv::Mat& prior, const Describer& describ
 }  // namespace
 
 cv::Mat RefineBorders(const cv::Mat& bgr, const cv::Mat& ground, const cv::Mat& log_odds,
-                      const BorderOptions& options) {
+                      const FeetFinder& find_feet, const BorderOptions& options) {
   const cv::Size half_size((bgr.cols + 1) / 2, (bgr.rows + 1) / 2);
   cv::Mat half;
   cv::resize(bgr, half, half_size, 0.0, 0.0, cv::INTER_AREA);
@@ -201,8 +245,10 @@ cv::Mat RefineBorders(const cv::Mat& bgr, const cv::Mat& ground, const cv::Mat& 
   cv::threshold(mask, mask, 127.0, 255.0, cv::THRESH_BINARY);
   cv::Mat prior;
   cv::resize(options.cells_weight * log_odds, prior, half_size, 0.0, 0.0, cv::INTER_LINEAR);
+  const Sides first_sides = DescribeSides(describer, mask, 2);
+  if (find_feet) AddFeet(find_feet, options.feet_limit, describer, first_sides, prior, mask);
   const int reach = options.reach_px / 2;
-  Reassign(half, prior, describer, DescribeSides(describer, mask, 2), 1, reach, 2, mask);
+  Reassign(half, prior, describer, first_sides, 1, reach, 2, mask);
   Reassign(half, prior, describer, DescribeSides(describer, mask, 1), 1, std::max(reach / 2, 2), 1,
            mask);
   cv::medianBlur(mask, mask, 5);

@@ -11,6 +11,7 @@
 #include "services/ground_detector/alignment.hpp"
 #include "services/ground_detector/borders.hpp"
 #include "services/ground_detector/features.hpp"
+#include "services/ground_detector/foot_line.hpp"
 #include "services/ground_detector/mean_shift.hpp"
 #include "services/ground_detector/motion.hpp"
 #include "services/ground_detector/motion_filter.hpp"
@@ -48,6 +49,7 @@ struct GroundDetectorOptions {
   MotionFilterOptions filter;
   AlignmentOptions alignment;
   ParallaxOptions parallax;
+  FootLineOptions foot_line;
   MeanShiftOptions mean_shift;
   ClassifierOptions classifier;
   BorderOptions borders;

@@ -49,10 +49,10 @@ void GroundDetector::Restart() {
   classifier_.Restart();
 }
 
-// Evidence of two earlier frames: one near in place, for what is close by and has left older
-// pictures, and the one farthest away, for the distance. Just after the start that may be a very
-// near one: where there is texture, even that tells most of the floor from what stands on it.
-cv::Mat GroundDetector::Evidence() const {
+// Two earlier frames to see parallax from: one near in place, for what is close by and has left
+// older pictures, and the one farthest away, for the distance. Just after the start that may be a
+// very near one: where there is texture, even that tells most of the floor from what stands on it.
+std::vector<const RememberedFrame*> GroundDetector::EarlierFrames() const {
   const RememberedFrame& now = odometry_.memory().back();
   const double height = options_.camera.height_m;
   const double least = 0.05 * height;
@@ -75,14 +75,32 @@ cv::Mat GroundDetector::Evidence() const {
       far = &before;
     }
   }
+  std::vector<const RememberedFrame*> frames;
+  if (near != nullptr) frames.push_back(near);
+  if (far != nullptr && far != near) frames.push_back(far);
+  return frames;
+}
+
+cv::Mat GroundDetector::Evidence() const {
+  const RememberedFrame& now = odometry_.memory().back();
   cv::Mat evidence;
-  for (const RememberedFrame* before : {near, far}) {
-    if (before == nullptr || (before == far && far == near)) continue;
+  for (const RememberedFrame* before : EarlierFrames()) {
     const cv::Mat one = GroundEvidence(options_.camera, now.pyramid[0], before->pyramid[0],
                                        now.pose, before->pose, view_.cells(), options_.parallax);
     evidence = evidence.empty() ? one : cv::Mat(evidence + one);
   }
   return evidence;
+}
+
+cv::Mat GroundDetector::Feet(const cv::Mat& ground, const cv::Mat& where) const {
+  const RememberedFrame& now = odometry_.memory().back();
+  std::vector<PosedGrey> before;
+  for (const RememberedFrame* frame : EarlierFrames()) {
+    before.push_back({&frame->pyramid[0], frame->pose});
+  }
+  if (before.empty()) return {};
+  return FootLogOdds(options_.camera, {&now.pyramid[0], now.pose}, before, ground, where,
+                     options_.foot_line);
 }
 
 // Back-projection and the region around it have to agree: alone, a feature that was mistaken for
@@ -179,8 +197,12 @@ GroundFrame GroundDetector::Process(const cv::Mat& bgr, Utime utime) {
   result.ms.classification = watch.Lap();
 
   // Borders to the pixel, in the frame as taken.
-  cv::Mat labels =
-      LabelPixels(ideal, result.log_odds, options_.Uses(DetectorPart::kBorders), options_.borders);
+  FeetFinder find_feet;
+  if (followed.located && options_.Uses(DetectorPart::kParallax)) {
+    find_feet = [this](const cv::Mat& ground, const cv::Mat& where) { return Feet(ground, where); };
+  }
+  cv::Mat labels = LabelPixels(ideal, result.log_odds, find_feet,
+                               options_.Uses(DetectorPart::kBorders), options_.borders);
   labels.setTo(kNotGround, view_.not_below_horizon());
   odometry_.LearnGround(labels);
   result.labels = view_.TakenFromIdeal(labels);

@@ -57,7 +57,9 @@ class GroundDetector {
 
  private:
   void Restart();
+  std::vector<const RememberedFrame*> EarlierFrames() const;
   cv::Mat Evidence() const;
+  cv::Mat Feet(const cv::Mat& ground, const cv::Mat& where) const;
   void SettleFeatures(const cv::Mat& labels, std::vector<ClassifiedFeature>& features) const;
 
   GroundDetectorOptions options_;

@@ -41,13 +41,13 @@ cv::Mat DecideCells(const cv::Mat& log_odds, cv::Mat& unsure) {
   return ground;
 }
 
-cv::Mat LabelPixels(const cv::Mat& ideal, const cv::Mat& log_odds, bool refine,
-                    const BorderOptions& options) {
+cv::Mat LabelPixels(const cv::Mat& ideal, const cv::Mat& log_odds, const FeetFinder& find_feet,
+                    bool refine, const BorderOptions& options) {
   cv::Mat unsure;
   cv::Mat ground = DecideCells(log_odds, unsure);
   cv::resize(unsure, unsure, ideal.size(), 0.0, 0.0, cv::INTER_NEAREST);
   if (refine) {
-    ground = RefineBorders(ideal, ground, log_odds, options);
+    ground = RefineBorders(ideal, ground, log_odds, find_feet, options);
   } else {
     // The border runs where log-odds between the cells' centres are even.
     cv::Mat even;

@@ -15,9 +15,10 @@ inline constexpr float kUnsureLogOdds = 0.7F;
 // not, the log-odds pass through 0 as well, but there the border decides. `log_odds`: CV_32FC1.
 cv::Mat DecideCells(const cv::Mat& log_odds, cv::Mat& unsure);
 
-// GroundLabel of each pixel of `ideal` (CV_8UC3), CV_8UC1, from the cells decided. `refine`: the
-// borders follow the picture; else they are those of the cells.
-cv::Mat LabelPixels(const cv::Mat& ideal, const cv::Mat& log_odds, bool refine,
-                    const BorderOptions& options);
+// GroundLabel of each pixel of `ideal` (CV_8UC3), CV_8UC1, from the cells decided. `find_feet`:
+// may be empty. `refine`: the borders follow the picture; else they are those of the
+// cells.
+cv::Mat LabelPixels(const cv::Mat& ideal, const cv::Mat& log_odds, const FeetFinder& find_feet,
+                    bool refine, const BorderOptions& options);
 
 }  // namespace beckon

@@ -226,7 +226,7 @@ TEST(RefineBorders, FollowsTheCellsWhereBothSidesLookAlike) {
   const auto error_px = [&](float cells_weight) {
     BorderOptions options;
     options.cells_weight = cells_weight;
-    const cv::Mat refined = RefineBorders(picture, coarse, LogOddsOf(coarse), options);
+    const cv::Mat refined = RefineBorders(picture, coarse, LogOddsOf(coarse), {}, options);
     return cv::countNonZero(refined != truth) / 320.0;
   };
   EXPECT_LT(error_px(BorderOptions{}.cells_weight), 4.0);
@@ -249,7 +249,7 @@ TEST(RefineBorders, FindsASlantedEdgeToAPixel) {
   picture += grain;
   cv::Mat coarse;
   cv::resize(truth, coarse, {32, 24}, 0.0, 0.0, cv::INTER_NEAREST);
-  const cv::Mat refined = RefineBorders(picture, coarse, LogOddsOf(coarse), {});
+  const cv::Mat refined = RefineBorders(picture, coarse, LogOddsOf(coarse), {}, {});
   ASSERT_EQ(refined.size(), picture.size());
   // Wrong pixels for each column: what the border errs by on average.
   EXPECT_LT(cv::countNonZero(refined != truth) / 320.0, 0.7);

@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "services/ground_detector/colour_model.hpp"
+#include "services/ground_detector/foot_line.hpp"
 #include "services/ground_detector/mean_shift.hpp"
 #include "services/ground_detector/parallax.hpp"
 #include "services/ground_detector/random_walk.hpp"
@@ -126,6 +127,62 @@ TEST(GroundEvidence, TellsTheFloorFromABoxAndAdmitsTheRest) {
   const cv::Mat plain = GroundEvidence(camera, half(before_from_now, 1), half({}, 2),
                                        {before_from_now, 0.0, 0.0}, {}, cells, {});
   EXPECT_LT(std::abs(cv::mean(plain.rowRange(10, 23))[0]), 0.1);
+}
+
+// Half-size grey picture of a floor and of a wall across it at x = 2 m, both of one texture.
+cv::Mat FloorAndWall(const GroundCamera& camera, double camera_x, double contrast) {
+  constexpr double kWallX = 2.0;
+  cv::Mat grey(camera.height / 2, camera.width / 2, CV_8UC1);
+  for (int v = 0; v < grey.rows; ++v) {
+    for (int u = 0; u < grey.cols; ++u) {
+      const double right = (2.0 * u + 0.5 - camera.cx) / camera.fx;
+      const double down = (2.0 * v + 0.5 - camera.cy) / camera.fy;
+      const double tilt = camera.tilt_down_rad;
+      const Eigen::Vector3d ray(std::cos(tilt) - down * std::sin(tilt), -right,
+                                -std::sin(tilt) - down * std::cos(tilt));
+      const double to_wall = (kWallX - camera_x) / ray.x();
+      const double to_floor = ray.z() < 0.0 ? -camera.height_m / ray.z() : 1e9;
+      const double y = ray.y() * std::min(to_wall, to_floor);
+      const double other = to_floor < to_wall ? camera_x + to_floor * ray.x()
+                                              : 7.0 + camera.height_m + to_wall * ray.z();
+      const double wave = std::sin(17.0 * y + 9.0 * other) + std::sin(11.0 * y - 23.0 * other) +
+                          std::sin(29.0 * y + 3.0) * std::sin(31.0 * other);
+      grey.at<std::uint8_t>(v, u) = cv::saturate_cast<std::uint8_t>(128.0 + contrast * wave);
+    }
+  }
+  return grey;
+}
+
+TEST(FootLogOdds, FindsTheFootOfAWallThatLooksLikeTheFloor) {
+  const GroundCamera camera = testing::TestCamera();
+  const BodyPose before{{-0.25, 0.0, 0.0}, 0.0, 0.0};
+  const auto foot = camera.PixelFromGround(Eigen::Vector2d(2.0, 0.0));
+  ASSERT_TRUE(foot);
+  const int foot_row = cvRound(0.5 * foot->y() - 0.25);
+  for (const int error : {-7, 7}) {
+    const cv::Mat now = FloorAndWall(camera, 0.0, 25.0);
+    const cv::Mat then = FloorAndWall(camera, -0.25, 25.0);
+    cv::Mat ground(now.size(), CV_8UC1, cv::Scalar(0));
+    ground.rowRange(foot_row + error, ground.rows).setTo(255);
+    const std::vector<PosedGrey> earlier = {{&then, before}};
+    const cv::Mat feet = FootLogOdds(camera, {&now, {}}, earlier, ground, ground | 255, {});
+    ASSERT_EQ(feet.size(), now.size());
+    for (int u = 30; u < 130; u += 10) {
+      EXPECT_LT(feet.at<float>(foot_row - 2, u), 0.0F) << u << ", cells err by " << error;
+      EXPECT_GT(feet.at<float>(foot_row + 3, u), 0.0F) << u << ", cells err by " << error;
+    }
+  }
+}
+
+TEST(FootLogOdds, SaysNothingOfWhatIsPlain) {
+  const GroundCamera camera = testing::TestCamera();
+  const cv::Mat plain = FloorAndWall(camera, 0.0, 0.0);
+  cv::Mat ground(plain.size(), CV_8UC1, cv::Scalar(0));
+  ground.rowRange(60, ground.rows).setTo(255);
+  const std::vector<PosedGrey> earlier = {{&plain, {{-0.25, 0.0, 0.0}, 0.0, 0.0}}};
+  const cv::Mat feet = FootLogOdds(camera, {&plain, {}}, earlier, ground, ground | 255, {});
+  EXPECT_NEAR(feet.at<float>(55, 80), 0.0F, 0.5F);
+  EXPECT_NEAR(feet.at<float>(65, 80), 0.0F, 0.5F);
 }
 
 TEST(SpreadBeliefs, GoesAlongWhatLooksAlikeAndStopsAtEdges) {
