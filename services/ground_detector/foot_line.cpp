@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/core/utility.hpp>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 namespace beckon {
@@ -113,6 +114,25 @@ class FootCosts {
         ground_from_now_(ground_from_now),
         warps_(warps),
         options_(options) {}
+
+  // Median cost of the ground seen in the first earlier frame, away from its borders: what the
+  // motion to it is good for. Large where there is no such ground.
+  float CostOfGround(const cv::Mat& ground) const {
+    constexpr int kStep = 4;
+    cv::Mat sure;
+    cv::erode(ground, sure, cv::Mat::ones(2 * options_.reach + 1, 1, CV_8UC1));
+    std::vector<float> costs;
+    for (int line = 0; line < lines_.count(); line += kStep) {
+      for (int row = lines_.first_row(); row + 1 < grey_.rows; row += kStep) {
+        if (!IsInside(line, row) || !IsSet(sure, line, row)) continue;
+        costs.push_back(CostOf(PixelOf(line, row), 0, 0.0F));
+      }
+    }
+    if (costs.empty()) return options_.limit;
+    const auto middle = costs.begin() + static_cast<std::ptrdiff_t>(costs.size() / 2);
+    std::nth_element(costs.begin(), middle, costs.end());
+    return *middle;
+  }
 
   // The foot on a line; none where the cells have none, or `where` is zero.
   Foot Of(int line, const cv::Mat& ground, const cv::Mat& where) const {
@@ -236,6 +256,10 @@ cv::Mat FootLogOdds(const GroundCamera& camera, const PosedGrey& now,
   const int reach = options.reach;
   const int states = 2 * reach + 1;
   std::vector<Foot> feet(static_cast<std::size_t>(lines.count()));
+  std::erase_if(warps, [&](const Warp& warp) {
+    return FootCosts(lines, grey, ground_from_now, {&warp, 1}, options).CostOfGround(ground) >
+           options.most_of_ground;
+  });
   const FootCosts costs(lines, grey, ground_from_now, warps, options);
   cv::parallel_for_(cv::Range(0, lines.count()), [&](const cv::Range& range) {
     for (int line = range.start; line < range.end; ++line) {

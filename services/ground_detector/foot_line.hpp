@@ -16,6 +16,8 @@ struct FootLineOptions {
   float noise_grey = 2.0F;  // what noise and resampling leave, grey levels
   float edge_px = 0.15F;    // and what the motion errs by, half-size pixels
   float limit = 3.0F;       // what one pixel can say, log-likelihood
+  // Log-likelihood of a ground pixel beyond which a motion is too poor to tell feet by.
+  float most_of_ground = 1.0F;
   float share = 0.15F;      // of what pixels say, as neighbours err alike
   float smoothness = 0.5F;  // log-likelihood for a row that the foot jumps from line to line
   float jump = 6.0F;        // where one thing stands before another it may jump anywhere

@@ -174,6 +174,22 @@ TEST(FootLogOdds, FindsTheFootOfAWallThatLooksLikeTheFloor) {
   }
 }
 
+// The robot is said to have gone aside by 5 cm as well: even the ground does not agree.
+TEST(FootLogOdds, SaysNothingWhereTheMotionIsWrong) {
+  const GroundCamera camera = testing::TestCamera();
+  const cv::Mat now = FloorAndWall(camera, 0.0, 25.0);
+  const cv::Mat then = FloorAndWall(camera, -0.25, 25.0);
+  cv::Mat ground(now.size(), CV_8UC1, cv::Scalar(0));
+  ground.rowRange(60, ground.rows).setTo(255);
+  const auto at = [&](double y_m) {
+    const std::vector<PosedGrey> earlier = {{&then, {{-0.25, y_m, 0.0}, 0.0, 0.0}}};
+    const cv::Mat feet = FootLogOdds(camera, {&now, {}}, earlier, ground, ground | 255, {});
+    return std::abs(feet.at<float>(50, 80)) + std::abs(feet.at<float>(70, 80));
+  };
+  EXPECT_GT(at(0.0), 2.0F);
+  EXPECT_EQ(at(0.05), 0.0F);
+}
+
 TEST(FootLogOdds, SaysNothingOfWhatIsPlain) {
   const GroundCamera camera = testing::TestCamera();
   const cv::Mat plain = FloorAndWall(camera, 0.0, 0.0);
