@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "common/label_runs.hpp"
+#include "services/ground_detector/half_size.hpp"
 #include "services/ground_detector/projection.hpp"
 
 namespace beckon {
@@ -20,21 +21,6 @@ constexpr int kIterations = 10;
 constexpr std::size_t kReferences = 2;
 constexpr int kPatchPx = 24;         // side of a patch at 1/2 size
 constexpr double kPatchLimit = 2.0;  // significance, over the usual one, that excludes a patch
-
-// Grey level between pixels, bilinear; false at the border.
-bool Interpolate(const cv::Mat& grey, double u, double v, double& value) {
-  const int column = static_cast<int>(u);
-  const int row = static_cast<int>(v);
-  if (u < 0.0 || v < 0.0 || column + 1 >= grey.cols || row + 1 >= grey.rows) return false;
-  const double a = u - column;
-  const double b = v - row;
-  const auto* upper = grey.ptr<std::uint8_t>(row) + column;
-  const auto* lower = grey.ptr<std::uint8_t>(row + 1) + column;
-  const double top = upper[0] + a * (upper[1] - upper[0]);
-  const double bottom = lower[0] + a * (lower[1] - lower[0]);
-  value = top + b * (bottom - top);
-  return true;
-}
 
 // Sobel's, grey levels a pixel. The pixel itself has no part in it, so that its noise has not.
 Eigen::Vector2d Gradient(const cv::Mat& grey, int u, int v) {

@@ -9,38 +9,18 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "services/ground_detector/half_size.hpp"
+
 namespace beckon {
 namespace {
 
 constexpr int kLineStep = 3;  // half-size pixels between lines, at the horizon
 constexpr std::size_t kMaxBefore = 2;
 
-Eigen::Matrix3d FullFromHalf() {
-  // The centre of the first half-size pixel is at 0.5.
-  Eigen::Matrix3d full_from_half;
-  full_from_half << 2.0, 0.0, 0.5, 0.0, 2.0, 0.5, 0.0, 0.0, 1.0;
-  return full_from_half;
-}
-
-bool Interpolate(const cv::Mat& grey, float u, float v, float& value) {
-  if (!(u >= 0.0F && v >= 0.0F)) return false;
-  const int column = static_cast<int>(u);
-  const int row = static_cast<int>(v);
-  if (column + 1 >= grey.cols || row + 1 >= grey.rows) return false;
-  const float a = u - static_cast<float>(column);
-  const float b = v - static_cast<float>(row);
-  const auto* upper = grey.ptr<std::uint8_t>(row) + column;
-  const auto* lower = grey.ptr<std::uint8_t>(row + 1) + column;
-  const float top = upper[0] + a * static_cast<float>(upper[1] - upper[0]);
-  const float bottom = lower[0] + a * static_cast<float>(lower[1] - lower[0]);
-  value = top + b * (bottom - top);
-  return true;
-}
-
 // The lines of the picture that lead to the point below the camera, in half-size pixels.
 class Lines {
  public:
-  Lines(const Eigen::Matrix3d& ground_from_half, const cv::Size& size) : size_(size) {
+  Lines(const Eigen::Matrix3d& ground_from_half, const cv::Size& size) {
     nadir_ = ground_from_half.inverse().col(2);
     const Eigen::RowVector3d horizon = ground_from_half.row(2);
     // Rows of the horizon at both ends.
@@ -76,7 +56,6 @@ class Lines {
   // Where the line through a pixel starts, at the row of the horizon.
   double Start(double u, double v) const { return u + Slope(u, v) * (top_ - v); }
 
-  cv::Size size_;
   Eigen::Vector3d nadir_;  // homogeneous: infinitely far for a camera that looks level
   double top_ = 0.0;
   double first_ = 0.0;
@@ -87,8 +66,8 @@ class Lines {
 // How pixels of now appear in an earlier frame.
 struct Warp {
   const cv::Mat* grey = nullptr;
-  Eigen::Matrix3d half_before_from_ground;  // of now
-  Eigen::Vector3f parallax;                 // for what seems to be twice as far away as it is
+  Eigen::Matrix3d before_from_now;  // of the ground, half-size pixels
+  Eigen::Vector3f parallax;         // for what seems to be twice as far away as it is
 };
 
 struct Foot {
@@ -178,10 +157,11 @@ class FootCosts {
                                                grey_.at<std::uint8_t>(row - 1, column));
     pixel.grey = values[0];
     pixel.scale = options_.noise_grey + options_.edge_px * std::hypot(dx, dy);
-    const Eigen::Vector3d point = ground_from_now_ * Eigen::Vector3d(column, row, 1.0);
+    const Eigen::Vector3d here(column, row, 1.0);
+    const Eigen::Vector3d point = ground_from_now_ * here;
     pixel.distance = static_cast<float>(point.head<2>().norm() / std::abs(point.z()));
     for (std::size_t frame = 0; frame < warps_.size(); ++frame) {
-      pixel.seen[frame] = (warps_[frame].half_before_from_ground * point / point.z()).cast<float>();
+      pixel.seen[frame] = (warps_[frame].before_from_now * here / point.z()).cast<float>();
     }
     return pixel;
   }
@@ -229,6 +209,86 @@ class FootCosts {
   const FootLineOptions& options_;
 };
 
+// What the best choice of all feet up to line a costs, for each foot of its neighbour b, apart from
+// the least of these. `so_far`: the same for a, without its own costs.
+std::vector<float> PassOn(const Foot& a, const Foot& b, const std::vector<float>& so_far,
+                          const FootLineOptions& options) {
+  std::vector<float> passed(so_far.size(), 0.0F);
+  if (a.row < 0 || b.row < 0) return passed;
+  std::vector<float> sum(so_far.size());
+  float least = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < sum.size(); ++i) {
+    sum[i] = so_far[i] + a.cost[i];
+    least = std::min(least, sum[i]);
+  }
+  for (std::size_t j = 0; j < passed.size(); ++j) {
+    float best = least + options.jump;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      const int step = std::abs((a.row + static_cast<int>(i)) - (b.row + static_cast<int>(j)));
+      best = std::min(best, sum[i] + options.smoothness * static_cast<float>(step));
+    }
+    passed[j] = best - least;
+  }
+  return passed;
+}
+
+// For each line with a foot, log-odds of ground for each row from row - reach to row + reach: the
+// best foot above it against the best that is not, by min-marginals over all lines.
+std::vector<std::vector<float>> LogOddsOf(const std::vector<Foot>& feet,
+                                          const FootLineOptions& options) {
+  constexpr float kMost = 20.0F;
+  const auto states = static_cast<std::size_t>(2 * options.reach + 1);
+  std::vector<std::vector<float>> forwards(feet.size(), std::vector<float>(states));
+  std::vector<std::vector<float>> backwards = forwards;
+  for (std::size_t i = 1; i < feet.size(); ++i) {
+    forwards[i] = PassOn(feet[i - 1], feet[i], forwards[i - 1], options);
+  }
+  for (std::size_t i = feet.size() - 1; i-- > 0;) {
+    backwards[i] = PassOn(feet[i + 1], feet[i], backwards[i + 1], options);
+  }
+  std::vector<std::vector<float>> log_odds(feet.size());
+  for (std::size_t i = 0; i < feet.size(); ++i) {
+    if (feet[i].row < 0) continue;
+    std::vector<float> all(states);
+    for (std::size_t j = 0; j < states; ++j) {
+      all[j] = feet[i].cost[j] + forwards[i][j] + backwards[i][j];
+    }
+    std::vector<float> after(states + 1, std::numeric_limits<float>::infinity());
+    for (std::size_t j = states; j-- > 0;) after[j] = std::min(all[j], after[j + 1]);
+    float above = std::numeric_limits<float>::infinity();
+    for (std::size_t j = 0; j < states; ++j) {
+      // Row of state j: ground if the foot is above.
+      log_odds[i].push_back(std::clamp(after[j] - above, -kMost, kMost));
+      above = std::min(above, all[j]);
+    }
+  }
+  return log_odds;
+}
+
+// From the lines to the pixels between them.
+cv::Mat Painted(const Lines& lines, const std::vector<Foot>& feet,
+                const std::vector<std::vector<float>>& log_odds, int reach, const cv::Size& size) {
+  cv::Mat result(size, CV_32FC1, cv::Scalar(std::numeric_limits<float>::quiet_NaN()));
+  for (int v = 0; v < size.height; ++v) {
+    for (int u = 0; u < size.width; ++u) {
+      const double index = lines.Index(u, v);
+      const int left = static_cast<int>(std::floor(index));
+      float sum = 0.0F;
+      float weight = 0.0F;
+      for (int line = std::max(left, 0); line <= std::min(left + 1, lines.count() - 1); ++line) {
+        const Foot& foot = feet[static_cast<std::size_t>(line)];
+        const int state = v - foot.row + reach;
+        if (foot.row < 0 || state < 0 || state > 2 * reach) continue;
+        const auto share = static_cast<float>(1.0 - std::abs(index - line));
+        weight += share;
+        sum += share * log_odds[static_cast<std::size_t>(line)][static_cast<std::size_t>(state)];
+      }
+      if (weight > 0.5F) result.at<float>(v, u) = sum / weight;
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 cv::Mat FootLogOdds(const GroundCamera& camera, const PosedGrey& now,
@@ -243,18 +303,15 @@ cv::Mat FootLogOdds(const GroundCamera& camera, const PosedGrey& now,
   std::vector<Warp> warps;
   for (const PosedGrey& frame : before) {
     const Pose2 motion = frame.pose.frame_from_robot.Inverse() * now.pose.frame_from_robot;
-    const double c = std::cos(motion.theta);
-    const double s = std::sin(motion.theta);
-    Eigen::Matrix3d rigid;
-    rigid << c, -s, motion.x, s, c, motion.y, 0.0, 0.0, 1.0;
-    const Eigen::Matrix3d half_from_ground = ground_from_half(frame.pose).inverse();
-    warps.push_back({frame.grey, half_from_ground * rigid,
-                     (half_from_ground * Eigen::Vector3d(motion.x, motion.y, 0.0)).cast<float>()});
+    warps.push_back(
+        {frame.grey,
+         FullFromHalf().inverse() * BeforeFromNow(camera, frame.pose, now.pose, 0.0) *
+             FullFromHalf(),
+         (ground_from_half(frame.pose).inverse() * Eigen::Vector3d(motion.x, motion.y, 0.0))
+             .cast<float>()});
   }
 
   const Lines lines(ground_from_now, grey.size());
-  const int reach = options.reach;
-  const int states = 2 * reach + 1;
   std::vector<Foot> feet(static_cast<std::size_t>(lines.count()));
   std::erase_if(warps, [&](const Warp& warp) {
     return FootCosts(lines, grey, ground_from_now, {&warp, 1}, options).CostOfGround(ground) >
@@ -267,78 +324,7 @@ cv::Mat FootLogOdds(const GroundCamera& camera, const PosedGrey& now,
     }
   });
 
-  // Min-marginals over the lines: what the best choice of all feet costs, for each foot of each.
-  const auto pass = [&](int from, int to, const std::vector<float>& messages) {
-    const Foot& a = feet[static_cast<std::size_t>(from)];
-    const Foot& b = feet[static_cast<std::size_t>(to)];
-    std::vector<float> passed(static_cast<std::size_t>(states), 0.0F);
-    if (a.row < 0 || b.row < 0) return passed;
-    std::vector<float> sum(passed.size());
-    float least = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < sum.size(); ++i) {
-      sum[i] = messages[i] + a.cost[i];
-      least = std::min(least, sum[i]);
-    }
-    for (int j = 0; j < states; ++j) {
-      float best = least + options.jump;
-      for (int i = 0; i < states; ++i) {
-        const int step = std::abs((a.row + i) - (b.row + j));
-        best = std::min(
-            best, sum[static_cast<std::size_t>(i)] + options.smoothness * static_cast<float>(step));
-      }
-      passed[static_cast<std::size_t>(j)] = best - least;
-    }
-    return passed;
-  };
-  std::vector<std::vector<float>> forwards(feet.size(),
-                                           std::vector<float>(static_cast<std::size_t>(states)));
-  std::vector<std::vector<float>> backwards = forwards;
-  for (int i = 1; i < lines.count(); ++i) {
-    const auto to = static_cast<std::size_t>(i);
-    forwards[to] = pass(i - 1, i, forwards[to - 1]);
-  }
-  for (int i = lines.count() - 2; i >= 0; --i) {
-    const auto to = static_cast<std::size_t>(i);
-    backwards[to] = pass(i + 1, i, backwards[to + 1]);
-  }
-
-  // Log-odds of ground for each row from the topmost foot on: the best foot above it against the
-  // best that is not.
-  std::vector<std::vector<float>> log_odds(feet.size());
-  for (std::size_t i = 0; i < feet.size(); ++i) {
-    if (feet[i].row < 0) continue;
-    std::vector<float> all(static_cast<std::size_t>(states));
-    for (std::size_t j = 0; j < all.size(); ++j) {
-      all[j] = feet[i].cost[j] + forwards[i][j] + backwards[i][j];
-    }
-    std::vector<float> after(all.size() + 1, std::numeric_limits<float>::infinity());
-    for (std::size_t j = all.size(); j-- > 0;) after[j] = std::min(all[j], after[j + 1]);
-    float above = std::numeric_limits<float>::infinity();
-    for (std::size_t j = 0; j < all.size(); ++j) {
-      // Row of state j: ground if the foot is above.
-      log_odds[i].push_back(std::clamp(after[j] - above, -20.0F, 20.0F));
-      above = std::min(above, all[j]);
-    }
-  }
-  cv::Mat result(grey.size(), CV_32FC1, cv::Scalar(std::numeric_limits<float>::quiet_NaN()));
-  for (int v = 0; v < grey.rows; ++v) {
-    for (int u = 0; u < grey.cols; ++u) {
-      const double index = lines.Index(u, v);
-      const int left = static_cast<int>(std::floor(index));
-      float sum = 0.0F;
-      float weight = 0.0F;
-      for (int line = std::max(left, 0); line <= std::min(left + 1, lines.count() - 1); ++line) {
-        const Foot& foot = feet[static_cast<std::size_t>(line)];
-        const int state = v - foot.row + reach;
-        if (foot.row < 0 || state < 0 || state >= states) continue;
-        const auto share = static_cast<float>(1.0 - std::abs(index - line));
-        weight += share;
-        sum += share * log_odds[static_cast<std::size_t>(line)][static_cast<std::size_t>(state)];
-      }
-      if (weight > 0.5F) result.at<float>(v, u) = sum / weight;
-    }
-  }
-  return result;
+  return Painted(lines, feet, LogOddsOf(feet, options), options.reach, grey.size());
 }
 
 }  // namespace beckon

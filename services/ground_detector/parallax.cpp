@@ -5,6 +5,8 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "services/ground_detector/half_size.hpp"
+
 namespace beckon {
 namespace {
 
@@ -12,10 +14,7 @@ namespace {
 // cells that it does not show.
 cv::Mat CellDifference(const cv::Mat& now, const cv::Mat& before,
                        const Eigen::Matrix3d& before_from_now, const cv::Size& cells) {
-  // Half-size pixel to full-size pixel: the centre of the first one is at 0.5.
-  Eigen::Matrix3d full_from_half;
-  full_from_half << 2.0, 0.0, 0.5, 0.0, 2.0, 0.5, 0.0, 0.0, 1.0;
-  const Eigen::Matrix3d half = full_from_half.inverse() * before_from_now * full_from_half;
+  const Eigen::Matrix3d half = FullFromHalf().inverse() * before_from_now * FullFromHalf();
   cv::Matx33d matrix;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) matrix(row, column) = half(row, column);

@@ -255,7 +255,8 @@ Step PathFollower::Follow(Instant now, const std::vector<Eigen::Vector2d>& route
       step.velocity.angular_radps = TurnRate(heading_error);
       return step;
     }
-    if (to_obstacle <= to_unseen) {
+    const bool is_obstacle = to_obstacle <= to_unseen;
+    if (is_obstacle) {
       detour_heading_rad_ = FreeHeading(heading_error, local_from_base, surroundings);
       if (detour_heading_rad_) {
         step.velocity.angular_radps =
@@ -263,8 +264,7 @@ Step PathFollower::Follow(Instant now, const std::vector<Eigen::Vector2d>& route
         return step;
       }
     }
-    step.blocked_by =
-        to_obstacle <= to_unseen ? stop_reason::kObstacle : stop_reason::kGroundNotSeen;
+    step.blocked_by = is_obstacle ? stop_reason::kObstacle : stop_reason::kGroundNotSeen;
     const bool is_vain = vain_look_ && view.unseen &&
                          (vain_look_->at - *view.unseen).norm() < kSamePlaceM &&
                          SecondsSince(now, *vain_look_->faced_since) < kVainS;

@@ -30,14 +30,10 @@ void Run(Service& service, const RssiLocalizerOptions& options) {
     const Localizer::Verdict verdict = localizer.Add(reading, now());
     guard.Check(verdict, reading, now());
     robot.AddReading(reading);
-    if (!own_readings || verdict != Localizer::Verdict::kAccepted ||
-        reading.tag != options.robot.robot_tag) {
-      return;
-    }
-    const auto pose = robot.At(reading.utime);
-    if (pose && !own_readings->Add(reading, pose->translation())) {
-      LogWarning("what the robot hears can no longer be kept in " + options.own_readings.string());
-      own_readings.reset();
+    if (own_readings && verdict == Localizer::Verdict::kAccepted &&
+        reading.tag == options.robot.robot_tag) {
+      const auto pose = robot.At(reading.utime);
+      if (pose) own_readings->Add(reading, pose->translation());
     }
   });
   bus.Subscribe<bot_core::pose_t>(channels::kOdometry, [&](const bot_core::pose_t& message) {

@@ -1,6 +1,7 @@
 #include "services/rssi_localizer/own_readings.hpp"
 
 #include "common/csv.hpp"
+#include "common/log.hpp"
 
 namespace beckon {
 namespace {
@@ -15,7 +16,7 @@ bool EndsWithinALine(const std::filesystem::path& file) {
 }  // namespace
 
 OwnReadings::OwnReadings(const std::filesystem::path& file, int known, double window_s)
-    : count_(known), window_us_(UtimeFromSeconds(window_s)) {
+    : file_(file), count_(known), window_us_(UtimeFromSeconds(window_s)) {
   std::error_code error;
   const bool is_new = std::filesystem::file_size(file, error) == 0 || error;
   const bool broken = !is_new && EndsWithinALine(file);
@@ -38,7 +39,10 @@ bool OwnReadings::Add(const Reading& reading, const Eigen::Vector2d& position) {
   ++count_;
   stream_ << reading.utime << ',' << reading.tag << ',' << reading.beacon << ',' << reading.rssi_dbm
           << ',' << position.x() << ',' << position.y() << '\n';
-  return static_cast<bool>(stream_.flush());
+  if (stream_.flush()) return true;
+  LogWarning("what the robot hears can no longer be kept in " + file_.string());
+  count_ = kMostReadings;
+  return false;
 }
 
 }  // namespace beckon

@@ -23,10 +23,11 @@ class OwnReadings {
 
   // A reading of the robot's tag, and where the robot was on the map. Readings are taken for the
   // length of a window, and then none until the robot has moved on by kStepM: where it stands it
-  // learns nothing new. False from the first failure to write on.
+  // learns nothing new. False for a failure to write, which is logged; then nothing more is kept.
   bool Add(const Reading& reading, const Eigen::Vector2d& position);
 
  private:
+  std::filesystem::path file_;
   std::ofstream stream_;
   int count_;
   Utime window_us_;
